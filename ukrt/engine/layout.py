@@ -28,3 +28,18 @@ TILE = 4  # modes
 STATE_TILE = 16  # doubles
 COEF_A, COEF_B, COEF_D, COEF_SQRT_G, COEF_COLUMNS = 0, 4, 8, 12, 16
 COEF_TILE = 48  # 4 * (4 + COLUMNS) = 44, padded to whole cache lines
+
+# Sections of d -----------------------------------------------------------------------------------------------------
+
+
+def _sections(start, sizes):
+    """Lay ``sizes`` (name -> length) one after another from ``start``, each on a 64-byte boundary; returns offsets, end."""
+    offsets, at = {}, start
+    for name, size in sizes.items():
+        offsets[name] = at
+        at += -(-size // 8) * 8
+    return offsets, at
+
+
+PLAYER_D_SIZE = 32768
+PLAYER_I_SIZE = 131072

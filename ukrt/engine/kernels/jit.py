@@ -1,0 +1,68 @@
+"""How every compiled function of the instrument is compiled: one decorator for plain kernels, one for sums.
+
+Enters Python source, leaves nopython code without exceptions. Numba's own cache looks only at the file a function stands in,
+not at the files of the functions it calls; therefore the cache folder here is named after a hash of all kernel sources.
+"""
+
+import contextlib
+import hashlib
+import os
+import pathlib
+
+import numba
+from numba.core import config as numba_config
+from platformdirs import user_cache_dir
+
+_SOURCES = pathlib.Path(__file__).parent
+_OPTIONS = {"nopython": True, "error_model": "numpy", "boundscheck": False, "cache": True}
+
+
+def kernel_fingerprint():
+    """Hash of every source that compiled code is made of, the compiler's version included (str, 16 hex digits)."""
+    digest = hashlib.sha256(f"numba {numba.__version__}".encode())
+    for path in sorted([*_SOURCES.glob("*.py"), *_SOURCES.parent.glob("*layout*.py"), _SOURCES.parent / "gestures.py"]):
+        if path.exists():
+            digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder():
+    """The folder compiled code is kept in (str): ``UKRT_CACHE_DIR`` if set, else the platform's user cache."""
+    root = os.environ.get("UKRT_CACHE_DIR") or user_cache_dir("ukrt")
+    return str(pathlib.Path(root) / f"kernels-{kernel_fingerprint()}")
+
+
+@contextlib.contextmanager
+def _our_cache():
+    """Point Numba's cache at our folder while a function of ours is decorated, and leave other packages' alone."""
+    before = numba_config.CACHE_DIR
+    numba_config.CACHE_DIR = _FOLDER
+    try:
+        yield
+    finally:
+        numba_config.CACHE_DIR = before
+
+
+_FOLDER = cache_folder()
+
+
+def kernel(function):
+    """Compile ``function`` strictly: no reassociation, so that the same code gives the same bits."""
+    with _our_cache():
+        return numba.jit(**_OPTIONS)(function)
+
+
+def reduction(function):
+    """Compile ``function`` with sums free to be reordered into SIMD lanes (its loops have lengths of their own, never the block's)."""
+    with _our_cache():
+        return numba.jit(**_OPTIONS, fastmath={"reassoc", "contract"})(function)
+
+
+def entry_point(signature):
+    """Compile to a C function of ``signature`` (a ``numba.cfunc``), to be called by hosts without the interpreter."""
+
+    def decorate(function):
+        with _our_cache():
+            return numba.cfunc(signature, **_OPTIONS)(function)
+
+    return decorate
