@@ -1,0 +1,5 @@
+"""``python -m ukrt`` is the command ``ukrt``."""
+
+from ukrt.cli.main import run
+
+run()
