@@ -1,0 +1,134 @@
+"""Presets: TOML text and settings of single keys enter, a checked `Guitar` leaves; anything unknown, mistyped or out of
+range is refused in one sentence that names file, key, value and what is legal."""
+
+import dataclasses
+import difflib
+import os
+import tomllib
+from dataclasses import MISSING
+from pathlib import Path
+
+from ..errors import ParameterError, PresetError
+from .parameters import Guitar
+from .settings import apply_setting, indexed, merge
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_FOLDERS = (_PACKAGE / "presets", _PACKAGE.parent / "presets")  # in the wheel, in the checkout
+
+
+def preset_names():
+    """Names of the presets that come with the package, sorted."""
+    return sorted({path.stem for folder in _FOLDERS if folder.is_dir() for path in folder.glob("*.toml")})
+
+
+def load_preset(name_or_path, overrides=None):
+    """Read a preset.
+
+    Parameters
+    ----------
+    name_or_path : str or os.PathLike
+        A name out of `preset_names`, or the path of a file that ends in ``.toml``.
+    overrides : dict, optional
+        Dotted keys and their values, as text or as numbers: ``{"strings.0.tension": "70"}``.
+
+    Returns
+    -------
+    Guitar
+    """
+    path = _locate(os.fspath(name_or_path))
+    tree = _read(path, ())
+    for key, value in (overrides or {}).items():
+        try:
+            apply_setting(tree, Guitar, key, value)
+        except ParameterError as error:
+            raise _sentence("the settings", error) from None
+    try:
+        return _build(Guitar, tree)
+    except ParameterError as error:
+        by_hand = any(f"{error.key}.".startswith(f"{key}.") for key in overrides or {})
+        raise _sentence("the settings" if by_hand else f"preset {path}", error) from None
+
+
+def _locate(name):
+    if name.lower().endswith(".toml"):
+        return Path(name)
+    for folder in _FOLDERS:
+        if name in preset_names() and (folder / f"{name}.toml").is_file():
+            return folder / f"{name}.toml"
+    known = ", ".join(preset_names())
+    message = f'no preset is called "{name}": there are {known}, or give the path of a .toml file'
+    raise PresetError(message + _did_you_mean(name, preset_names()), key="preset", value=name, legal=known)
+
+
+def _read(path, seen):
+    """The tree of a preset file, laid over that of its ``base`` where it names one."""
+    try:
+        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PresetError(f"preset {path} cannot be read: {error.strerror or error}", value=str(path)) from None
+    except UnicodeDecodeError:
+        raise PresetError(f"preset {path} is not a text file in UTF-8", value=str(path)) from None
+    except tomllib.TOMLDecodeError as error:
+        reason = str(error).split("\n")[0].rstrip(".")
+        raise PresetError(f"preset {path} is not valid TOML: {reason}", value=str(path)) from None
+    base = tree.pop("base", None)
+    if base is None:
+        return tree
+    if not isinstance(base, str):
+        raise PresetError(f"preset {path}: base is {base!r}, but it must be a preset's name in quotes", "base", base)
+    if path.resolve() in seen:
+        raise PresetError(f"preset {path}: its base leads back to itself", "base", base)
+    below = path.parent / base if base.lower().endswith(".toml") else _locate(base)
+    try:
+        return merge(_read(below, (*seen, path.resolve())), tree)
+    except PresetError:
+        raise
+    except ParameterError as error:
+        raise _sentence(f"preset {path}", error) from None
+
+
+def _build(cls, tree):
+    """An object of parameter class ``cls`` from nested dicts and lists."""
+    if not isinstance(tree, dict):
+        raise ParameterError("", tree, "it must be a table")
+    known = {field.name: field for field in dataclasses.fields(cls)}
+    for key in tree:
+        if key not in known:
+            words = f"no such key exists here; the keys are {', '.join(known)}"
+            raise ParameterError(key, tree[key], words + _did_you_mean(key, known))
+    values = {}
+    for name, field in known.items():
+        rule = field.metadata["legal"]
+        if name in tree:
+            values[name] = _built_value(rule, tree[name], name)
+        elif field.default is MISSING:
+            raise ParameterError(name, None, f"it is required and must be {rule.words}")
+    return cls(**values)
+
+
+def _built_value(rule, value, name):
+    if rule.kind not in ("part", "parts"):
+        return value
+    try:
+        if rule.kind == "part":
+            return _build(rule.part, value)
+        if not isinstance(value, list):
+            raise ParameterError("", value, f"it must be {rule.words}")
+        return tuple(indexed(n, _build, rule.part, one) for n, one in enumerate(value))
+    except ParameterError as error:
+        raise error.under(name) from None
+
+
+def _did_you_mean(word, known):
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f' (did you mean "{near[0]}"?)' if near else ""
+
+
+def _sentence(source, error):
+    if isinstance(error, PresetError):
+        return error
+    if error.value is None:
+        message = f"{source} lacks {error.key}: {error.legal}"
+    else:
+        message = f"{source}: {error}"
+    return PresetError(message, error.key, error.value, error.legal)
