@@ -4,7 +4,7 @@ This is the one place that knows offsets. They are plain module-level integers, 
 code; capacities are fixed, so that a host can allocate an instance from these numbers alone.
 
 The modes of all strings stand in tiles of four: a state tile is ``x[k]`` (4 Y, 4 Z) then ``x*[k+1]`` (4 Y, 4 Z); a
-coefficient tile is ``a b D g0`` then up to seven port columns, four modes each, shared by both polarizations.
+coefficient tile is ``a b D`` then up to seven port columns, four modes each, shared by both polarizations.
 """
 
 MAGIC = 0x756B7274  # "ukrt"
@@ -26,10 +26,8 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 # Tiles -------------------------------------------------------------------------------------------------------------
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
-COEF_A, COEF_B, COEF_D, COEF_SQRT_G, COEF_COLUMNS = 0, 4, 8, 12, 16
-COEF_TILE = 48  # 4 * (4 + COLUMNS) = 44, padded to whole cache lines
-
-# Sections of d -----------------------------------------------------------------------------------------------------
+COEF_A, COEF_B, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
+COEF_TILE = 48  # 4 * (3 + COLUMNS) = 40, padded to whole cache lines
 
 
 def _sections(start, sizes):
@@ -41,5 +39,108 @@ def _sections(start, sizes):
     return offsets, at
 
 
+# Sums over a string's modes, kept as vectors of eight (4 Y, 4 Z) until the solver adds them up --------------------------
+SUM_HH = 2 * COLUMNS  # sum (D x)^2
+SUM_HX = SUM_HH + 1  # sum (D x) x*
+SUMS = SUM_HX + 1  # before them: 2 j = sum column_j x*, 2 j + 1 = sum column_j D x
+ACC_STRIDE = 8 * LANES
+
+# Residual tables: functions of a distance on [0, L], see ports.py ------------------------------------------------------
+TABLE = 2049
+TABLES = 3  # static, at the matching frequency, damping
+
+# One string's own numbers --------------------------------------------------------------------------------------------
+STRING_D_SIZE = 192
+(
+    S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_AXIAL, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
+    S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
+    S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Y1, S_PLUCK_Z, S_PLUCK_Z1, S_IMPEDANCE,
+) = range(26)  # fmt: skip
+S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
+S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
+S_LAND_V = 56  # and the string's velocities there when the finger touched
+S_W = 72  # A G A^T of one polarization without the fingers' own part: PORTS x PORTS
+S_STEP = 112  # per-contact increments of the damper etc.
+
+STRING_I_SIZE = 32
+(
+    SI_TILE, SI_TILES, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH, SI_LAND_AT, SI_LAND_LENGTH,
+    SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT, SI_TENSION_LENGTH, SI_NOTE,
+) = range(17)  # fmt: skip
+
+# One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -----------------
+CONTACT_SIZE = 8
+C_OFFSET, C_A, C_B, C_G, C_DAMPER = range(5)  # C_DAMPER: damping over the string's impedance [1], dampers only
+
 PLAYER_D_SIZE = 32768
 PLAYER_I_SIZE = 131072
+
+_D, D_SIZE = _sections(
+    0,
+    {
+        "STATE": MAX_TILES * STATE_TILE,
+        "COEF": MAX_TILES * COEF_TILE,
+        "ACC": SUMS * ACC_STRIDE,
+        "V": PORTS * PORTS * LANES,  # (A G A^T)^-1 of each string
+        "LAM_Y": COLUMNS * LANES,
+        "LAM_Z": COLUMNS * LANES,
+        "MU": LANES,  # minus the tension of Kirchhoff-Carrier [N]
+        "PSI": LANES,  # sum kappa q[k] q[k-1] [m^2/m]
+        "SIGMA": LANES,  # 4 L / ES
+        "XI": LANES,  # the string's place on the bridge, 0 bass .. 1 treble
+        "OFF_Y": PORTS * LANES,  # predicted place of each contact plus the landing offset, [k+1]
+        "OFF_Z": PORTS * LANES,
+        "LAND_Y": PORTS * LANES,
+        "LAND_Z": PORTS * LANES,
+        "FIN_Y": PORTS * LANES,  # q_f[k]
+        "FIN_Z": PORTS * LANES,
+        "FIN_Y1": PORTS * LANES,  # q_f*[k+1]
+        "FIN_Z1": PORTS * LANES,
+        "FIN_A": PORTS * LANES,
+        "FIN_B": PORTS * LANES,
+        "FIN_G": PORTS * LANES,
+        "TMP": (5 * PORTS + 8) * LANES,
+        "PAIR": 16,  # sums over strings, then the bridge's place and slope, then the forces that belong to them
+        "BODY_X": MAX_BODY_MODES,
+        "BODY_XS": MAX_BODY_MODES,
+        "BODY_A": MAX_BODY_MODES,
+        "BODY_B": MAX_BODY_MODES,
+        "BODY_BASS": MAX_BODY_MODES,
+        "BODY_SLOPE": MAX_BODY_MODES,  # treble minus bass
+        "BODY_W": 8,  # sums of column products bass-bass, bass-slope, slope-slope; then z*[k+1] of bass and slope
+        "STRING": MAX_STRINGS * STRING_D_SIZE,
+        "TABLES": MAX_STRINGS * TABLES * TABLE,
+        "CONTACTS": 2 * MAX_CONTACTS * CONTACT_SIZE,  # the finger's, then the damper's
+        "SCRATCH": 4096,
+        "BRIDGE": 2 * CHUNK,  # force on the body at the bass end, then the treble end [N]
+        "STRINGS_OUT": LANES * CHUNK,  # each string's force on the body [N]
+        "PRESSURE": 2 * CHUNK,
+        "GESTURES": MAX_GESTURES * 5,
+        "METER": 64,  # work and counts kept in double precision
+        "PLAYER_D": PLAYER_D_SIZE,
+    },
+)
+_I, I_SIZE = _sections(
+    0,
+    {
+        "HEAD": 64,
+        "STRING_I": MAX_STRINGS * STRING_I_SIZE,
+        "GESTURES_I": MAX_GESTURES * 4,  # frame, kind, string, serial number
+        "MIDI": MIDI_QUEUE * 2,  # frame, status << 16 | data1 << 8 | data2
+        "LOAD": 1024,  # histogram of block times
+        "PLAYER_I": PLAYER_I_SIZE,
+    },
+)
+globals().update(_D)
+globals().update(_I)
+
+# HEAD --------------------------------------------------------------------------------------------------------------
+(
+    H_MAGIC, H_VERSION, H_STRINGS, H_GROUPS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
+    H_MIDI_WRITE, H_MIDI_READ, H_MIDI_DROPPED, H_MIDI_LATE, H_MIDI_COUNT, H_GESTURES, H_GESTURES_DONE, H_GESTURES_DROPPED,
+    H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_LEAD, H_SERIAL, H_MAX_TICKS, H_TICKS, H_FRAMES_LIVE, H_FINGER,
+    H_DAMPER, H_STREAM_FLAGS, H_UNDERFLOWED, H_MAX_BLOCK, H_CLIPPED,
+) = range(34)  # fmt: skip
+
+# METER (in d) ------------------------------------------------------------------------------------------------------
+M_PEAK, M_RATE, M_MATCH_HZ, M_GESTURE_WORK, M_TICKS_PER_FRAME = range(5)
