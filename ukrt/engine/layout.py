@@ -27,7 +27,8 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
 COEF_A, COEF_B, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
-COEF_TILE = 48  # 4 * (3 + COLUMNS) = 40, padded to whole cache lines
+COEF_STATIC, COEF_LOSS = 40, 44  # what the step itself adds to the receptance at low frequency, see ports.py
+COEF_TILE = 48  # six cache lines
 
 
 def _sections(start, sizes):
@@ -60,7 +61,7 @@ S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
 S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
 S_LAND_V = 56  # and the string's velocities there when the finger touched
 S_W = 72  # A G A^T of one polarization without the fingers' own part: PORTS x PORTS
-S_STEP = 112  # per-contact increments of the damper etc.
+S_PLUCK_W = 112  # A G phi at the pluck: PORTS
 
 STRING_I_SIZE = 32
 (
@@ -70,7 +71,7 @@ STRING_I_SIZE = 32
 
 # One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -----------------
 CONTACT_SIZE = 8
-C_OFFSET, C_A, C_B, C_G, C_DAMPER = range(5)  # C_DAMPER: damping over the string's impedance [1], dampers only
+C_OFFSET, C_A, C_B, C_G, C_STATIC, C_LOSS, C_DAMPER = range(7)  # C_OFFSET of a damper: its place / L; C_DAMPER: c / sqrt(T mu)
 
 PLAYER_D_SIZE = 32768
 PLAYER_I_SIZE = 131072
@@ -88,9 +89,7 @@ _D, D_SIZE = _sections(
         "PSI": LANES,  # sum kappa q[k] q[k-1] [m^2/m]
         "SIGMA": LANES,  # 4 L / ES
         "XI": LANES,  # the string's place on the bridge, 0 bass .. 1 treble
-        "OFF_Y": PORTS * LANES,  # predicted place of each contact plus the landing offset, [k+1]
-        "OFF_Z": PORTS * LANES,
-        "LAND_Y": PORTS * LANES,
+        "LAND_Y": PORTS * LANES,  # landing offset d[k+1] of each contact
         "LAND_Z": PORTS * LANES,
         "FIN_Y": PORTS * LANES,  # q_f[k]
         "FIN_Z": PORTS * LANES,
@@ -99,6 +98,7 @@ _D, D_SIZE = _sections(
         "FIN_A": PORTS * LANES,
         "FIN_B": PORTS * LANES,
         "FIN_G": PORTS * LANES,
+        "SLIDE": MAX_TILES * 4 * COLUMNS,  # change of each column per sample while a finger slides
         "TMP": (5 * PORTS + 8) * LANES,
         "PAIR": 16,  # sums over strings, then the bridge's place and slope, then the forces that belong to them
         "BODY_X": MAX_BODY_MODES,
@@ -109,7 +109,7 @@ _D, D_SIZE = _sections(
         "BODY_SLOPE": MAX_BODY_MODES,  # treble minus bass
         "BODY_W": 8,  # sums of column products bass-bass, bass-slope, slope-slope; then z*[k+1] of bass and slope
         "STRING": MAX_STRINGS * STRING_D_SIZE,
-        "TABLES": MAX_STRINGS * TABLES * TABLE,
+        "TABLES_AT": MAX_STRINGS * TABLES * TABLE,
         "CONTACTS": 2 * MAX_CONTACTS * CONTACT_SIZE,  # the finger's, then the damper's
         "SCRATCH": 4096,
         "BRIDGE": 2 * CHUNK,  # force on the body at the bass end, then the treble end [N]
@@ -143,4 +143,4 @@ globals().update(_I)
 ) = range(34)  # fmt: skip
 
 # METER (in d) ------------------------------------------------------------------------------------------------------
-M_PEAK, M_RATE, M_MATCH_HZ, M_GESTURE_WORK, M_TICKS_PER_FRAME = range(5)
+M_PEAK, M_RATE, M_MATCH, M_TICKS_PER_FRAME = range(4)  # M_MATCH: [rad/s], where the residual modes are matched

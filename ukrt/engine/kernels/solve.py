@@ -46,6 +46,12 @@ def _times_inverse(v, lane, n_ports, right):
     return out
 
 
+def _stretch(v, lane, j, moved, coming, landing):
+    """How far the string's predicted place at contact ``j`` is from where the finger's will be."""
+    row = v.at(lane, j * _ROWS)
+    return v.sub(v.sub(moved, v.load(v.at(row, coming))), v.load(v.at(row, landing)))
+
+
 def _dot(v, first, second, start):
     for x, y in zip(first, second, strict=True):
         start = v.fma(x, y, start)
@@ -59,11 +65,10 @@ def _make_local(n_ports):
     def local(v, group):
         lane = v.builder.mul(group, v.index(8))
         moved, pushed, hh, hx = _gather_sums(v, group, n_ports)
-        offsets = [
-            [v.load(v.at(lane, base + j * _ROWS)) for j in range(1, n_ports)] for base in (at.OFF_Y, at.OFF_Z)
-        ]
-        e_y = [moved[0][0]] + [v.sub(m[0], o) for m, o in zip(moved[1:], offsets[0], strict=True)]
-        e_z = [moved[0][1]] + [v.sub(m[1], o) for m, o in zip(moved[1:], offsets[1], strict=True)]
+        e_y, e_z = (
+            [moved[0][k]] + [_stretch(v, lane, j, moved[j][k], *arrays) for j in range(1, n_ports)]
+            for k, arrays in enumerate(((at.FIN_Y1, at.LAND_Y), (at.FIN_Z1, at.LAND_Z)))
+        )
         u_y, u_z = [p[0] for p in pushed], [p[1] for p in pushed]
         v_y, v_z = _times_inverse(v, lane, n_ports, u_y), _times_inverse(v, lane, n_ports, u_z)
         t_y, t_z = _times_inverse(v, lane, n_ports, e_y), _times_inverse(v, lane, n_ports, e_z)
@@ -110,21 +115,19 @@ def _make_apply(n_ports):
             v.store(force_y, v.at(lane, at.LAM_Y + j * _ROWS))
             v.store(force_z, v.at(lane, at.LAM_Z + j * _ROWS))
             if j:
-                _move_finger(v, v.at(lane, j * _ROWS), force_y, at.FIN_Y, at.FIN_Y1, at.OFF_Y, at.LAND_Y)
-                _move_finger(v, v.at(lane, j * _ROWS), force_z, at.FIN_Z, at.FIN_Z1, at.OFF_Z, at.LAND_Z)
+                _move_finger(v, v.at(lane, j * _ROWS), force_y, at.FIN_Y, at.FIN_Y1)
+                _move_finger(v, v.at(lane, j * _ROWS), force_z, at.FIN_Z, at.FIN_Z1)
 
     return apply
 
 
-def _move_finger(v, row, force, now, coming, offset, landing):
+def _move_finger(v, row, force, now, coming):
     """A contact is one more mode: pushed by minus the force on the string, then predicted one step on."""
     a, b, g = (v.load(v.at(row, base)) for base in (at.FIN_A, at.FIN_B, at.FIN_G))
     old = v.load(v.at(row, now))
     new = v.sub(v.load(v.at(row, coming)), v.mul(g, force))
-    predicted = v.fma(a, new, v.mul(b, old))
     v.store(new, v.at(row, now))
-    v.store(predicted, v.at(row, coming))
-    v.store(v.add(predicted, v.load(v.at(row, landing))), v.at(row, offset))
+    v.store(v.fma(a, new, v.mul(b, old)), v.at(row, coming))
 
 
 _local1, _local2, _local3, _local4, _local5, _local6 = [_make_local(n + 1) for n in range(at.PORTS)]

@@ -1,0 +1,72 @@
+"""A string's free modes in discrete time: exact flow at the present tension, Eqs. 48 and 49, keeping the motion as it is.
+
+Enter the string's constants and its tension ratio; leave a, b, D = g kappa and the bridge column of every mode, and what the
+step's own error adds to the receptance at low frequency (ports.py takes it out again).
+"""
+
+import math
+
+from ukrt.engine import layout as at
+from ukrt.engine.kernels.jit import kernel
+
+
+@kernel
+def mode_frequency(d, own, n, ratio):
+    """Angular frequency of mode n = 1, 2, ... [rad/s] (Eq. 48) at ``ratio`` times the tension at rest."""
+    p = (2 * n - 1) * math.pi / (2.0 * d[own + at.S_LENGTH])
+    tension = d[own + at.S_TENSION] * ratio
+    return math.sqrt(tension / d[own + at.S_DENSITY]) * p * (1.0 + d[own + at.S_STIFFNESS] * p * p / (2.0 * tension))
+
+
+@kernel
+def mode_damping(d, own, n, ratio, omega):
+    """Damping ratio of mode n [1] (Eq. 49)."""
+    p = (2 * n - 1) * math.pi / (2.0 * d[own + at.S_LENGTH])
+    tension = d[own + at.S_TENSION] * ratio
+    bending = d[own + at.S_STIFFNESS] * p * p
+    lost = tension * (d[own + at.S_LOSS_INTERNAL] + d[own + at.S_LOSS_AIR] / omega) + d[own + at.S_LOSS_BENDING] * bending
+    return 0.5 * lost / (tension + bending)
+
+
+@kernel
+def _flow(omega, zeta, dt):
+    """a and b of q[k+1] = a q[k] + b q[k-1], exact for a free mode of any damping."""
+    sigma = zeta * omega
+    if zeta < 1.0:
+        a = 2.0 * math.exp(-sigma * dt) * math.cos(omega * math.sqrt(1.0 - zeta * zeta) * dt)
+    else:
+        root = omega * math.sqrt(zeta * zeta - 1.0)
+        a = math.exp((root - sigma) * dt) + math.exp(-(root + sigma) * dt)
+    return a, -math.exp(-2.0 * sigma * dt)
+
+
+@kernel
+def tune_string(d, i, s):
+    """Set the coefficients of string ``s`` for its present tension ratio; displacements at k and k - 1 stay what they are."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    dt, ratio, length = 1.0 / d[at.M_RATE + at.METER], d[own + at.S_RATIO], d[own + at.S_LENGTH]
+    half_mass = 0.5 * d[own + at.S_DENSITY] * length
+    for n in range(1, i[own_i + at.SI_MODES] + 1):
+        tile, lane = i[own_i + at.SI_TILE] + (n - 1) // 4, (n - 1) % 4
+        c, x = at.COEF + tile * at.COEF_TILE + lane, at.STATE + tile * at.STATE_TILE + lane
+        omega = mode_frequency(d, own, n, ratio)
+        zeta = mode_damping(d, own, n, ratio, omega)
+        a, b = _flow(omega, zeta, dt)
+        stiffness = half_mass * omega * omega
+        still = 1.0 - a - b
+        g = still / stiffness
+        p = (2 * n - 1) * math.pi / (2.0 * length)
+        old_a, old_b, old_root = d[c + at.COEF_A], d[c + at.COEF_B], abs(d[c + at.COEF_COLUMNS])
+        scale = old_root / math.sqrt(g)
+        for half in (0, 4):
+            now, coming = d[x + half], d[x + 8 + half]
+            if old_root > 0.0:
+                before = (coming - old_a * now) / old_b
+                d[x + half] = scale * now
+                d[x + 8 + half] = scale * (a * now + b * before)
+        d[c + at.COEF_A], d[c + at.COEF_B], d[c + at.COEF_D] = a, b, g * 0.5 * p * p * length
+        d[c + at.COEF_COLUMNS] = math.sqrt(g) if n % 2 == 1 else -math.sqrt(g)
+        step = dt * dt / (2.0 - 2.0 * math.cos(omega * dt))
+        d[c + at.COEF_STATIC] = (step - 1.0 / (omega * omega) - dt * dt / 12.0) / still
+        d[c + at.COEF_LOSS] = ((1.0 + b) * dt / still - 2.0 * zeta / omega) / still
+    d[own + at.S_IMPEDANCE] = math.sqrt(d[own + at.S_TENSION] * ratio * d[own + at.S_DENSITY])

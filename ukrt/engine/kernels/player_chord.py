@@ -1,0 +1,209 @@
+"""The chord of the present frame: its notes are weighed together, and what was decided is taken back when another arrives.
+
+Messages come one by one, so each note of a chord is played as if it were the last. When another message of the same frame
+changes the ground (a note-on, a note-off, the pedal), the plucks, none of which has been carried out yet, are withdrawn, the
+state before the chord is brought back (``recall_chord``), the message takes effect, and all is decided again
+(``play_chord``). The result is the same in whichever order the messages of one frame arrive.
+"""
+
+from ukrt.engine import gestures as do
+from ukrt.engine import player_layout as at
+from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_choice import choose_strings
+from ukrt.engine.kernels.player_hand import hand_follow
+from ukrt.engine.kernels.player_log import count, log_end, log_kept, log_place
+from ukrt.engine.kernels.player_strings import damp_string, restore_ending, set_tension, start_note, withdraw_note
+from ukrt.engine.kernels.timeline import timeline_cancel
+
+
+@kernel
+def chord_open(d, i, frame):
+    """Whether a chord has begun at ``frame`` and can still be decided anew; its first pluck is withdrawn to find out."""
+    if i[at.G_COUNT] == 0 or i[at.G_FRAME] != frame:
+        return False
+    for note in range(i[at.G_COUNT]):
+        if i[at.G_STRING + note] >= 0:
+            return timeline_cancel(d, i, i[at.G_STRING + note], do.PLUCK, frame) > 0
+    return True
+
+
+@kernel
+def open_chord(i, frame):
+    """Begin a chord: keep the state as it is before it."""
+    i[at.G_FRAME], i[at.G_COUNT], i[at.G_VICTIMS] = frame, 0, 0
+    for k in range(at.I_SAVED_SIZE):
+        i[at.I_SAVED + k] = i[at.I_COUNTERS + k]
+
+
+@kernel
+def close_chord(i):
+    """Nothing of the chord is decided anew any more."""
+    i[at.G_COUNT], i[at.G_VICTIMS] = 0, 0
+
+
+@kernel
+def recall_chord(d, i, frame):
+    """Bring the state before the chord back; what counted since then is counted anew."""
+    for k in range(at.I_SAVED_SIZE):
+        i[at.I_COUNTERS + k] = i[at.I_SAVED + k]
+    for note in range(i[at.G_COUNT]):
+        s = i[at.G_STRING + note]
+        if s < 0:
+            continue
+        withdraw_note(d, i, s, frame)
+        restore_ending(d, i, s, frame)
+        sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
+        ratio = d[at.D_BEND + i[at.S_CHANNEL + s]] if sounding else 1.0
+        set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
+    for k in range(i[at.G_VICTIMS]):
+        log_end(i, i[at.V_SEQ + k], -1, at.PLAYED)
+        if i[at.V_OWED + k] >= 0:
+            i[at.I_OWED + i[at.V_OWED + k]] -= 1
+    i[at.G_VICTIMS] = 0
+
+
+@kernel
+def _owe(i, channel, key):
+    """A note sounds no more though its key is down: its note-off will come. Returns the place of that in I_OWED."""
+    place = channel * 128 + key
+    i[at.I_OWED + place] += 1
+    return place
+
+
+@kernel
+def _victim(i, seq, frame, fate, owed):
+    log_end(i, seq, frame, fate)
+    i[at.V_SEQ + i[at.G_VICTIMS]] = seq
+    i[at.V_OWED + i[at.G_VICTIMS]] = owed
+    i[at.G_VICTIMS] += 1
+
+
+@kernel
+def _end_former(i, s, frame):
+    """The note that sounds on string ``s``, if any, gives way to a new one (or to its own repetition)."""
+    state = i[at.S_STATE + s]
+    if state != at.HELD and state != at.PEDALLED:
+        return
+    owed = _owe(i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) if state == at.HELD else -1
+    if i[at.X_FREED + s] == 1:
+        count(i, at.NOTES_REPEATED)
+        _victim(i, i[at.S_SEQ + s], frame, at.REPEATED, owed)
+    else:
+        count(i, at.NOTES_STOLEN)
+        _victim(i, i[at.S_SEQ + s], frame, at.STOLEN, owed)
+
+
+@kernel
+def _find_repeats(i):
+    """G_REPEAT and X_FREED: notes of the chord that repeat, on their channel, a key that still sounds."""
+    for s in range(i[at.I_STRINGS]):
+        i[at.X_FREED + s] = 0
+    for note in range(i[at.G_COUNT]):
+        i[at.G_REPEAT + note] = -1
+        for s in range(i[at.I_STRINGS]):
+            state = i[at.S_STATE + s]
+            sounding = state == at.HELD or state == at.PEDALLED
+            same = i[at.S_KEY + s] == i[at.G_KEY + note] and i[at.S_CHANNEL + s] == i[at.G_CHANNEL + note]
+            if sounding and same and i[at.X_FREED + s] == 0 and i[at.G_REPEAT + note] < 0:
+                i[at.G_REPEAT + note] = s
+                i[at.X_FREED + s] = 1
+
+
+@kernel
+def end_note(d, i, s, frame):
+    """The key of the note on string ``s`` comes up: the note is damped, or the pedal holds it."""
+    if i[at.C_PEDAL + i[at.S_CHANNEL + s]] == 1:
+        i[at.S_STATE + s] = at.PEDALLED
+        return
+    log_end(i, i[at.S_SEQ + s], frame, at.PLAYED)
+    damp_string(d, i, s, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+
+
+@kernel
+def _sound(d, i, note, frame):
+    """Play a note of the chord on the string it was given."""
+    s, seq = i[at.G_STRING + note], i[at.G_SEQ + note]
+    channel, pitch = i[at.G_CHANNEL + note], i[at.G_PITCH + note]
+    _end_former(i, s, frame)
+    force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
+    start_note(d, i, s, frame, pitch, force, seq, d[at.D_BEND + channel])
+    i[at.S_STATE + s] = at.HELD
+    i[at.S_CHANNEL + s], i[at.S_KEY + s], i[at.S_PITCH + s] = channel, i[at.G_KEY + note], pitch
+    i[at.S_SEQ + s] = seq
+    log_place(i, seq, s, pitch - i[at.I_OPEN + s])
+    log_end(i, seq, -1, at.PLAYED)
+    count(i, at.NOTES_PLAYED)
+    if i[at.G_OFF + note] == 1:
+        end_note(d, i, s, frame)
+
+
+@kernel
+def _drop(i, note, frame):
+    """No string is left for a note of the chord."""
+    log_place(i, i[at.G_SEQ + note], -1, -1)
+    log_end(i, i[at.G_SEQ + note], frame, at.DROPPED)
+    count(i, at.NOTES_DROPPED)
+    if i[at.G_OFF + note] == 0:
+        i[at.V_OWED + i[at.G_VICTIMS]] = _owe(i, i[at.G_CHANNEL + note], i[at.G_KEY + note])
+        i[at.V_SEQ + i[at.G_VICTIMS]] = -1
+        i[at.G_VICTIMS] += 1
+
+
+@kernel
+def play_chord(d, i, frame):
+    """Choose strings for all notes of the chord and put their gestures on the timeline."""
+    if i[at.G_COUNT] == 0:
+        return
+    _find_repeats(i)
+    choose_strings(i)
+    strain, way = hand_follow(i)
+    count(i, at.STRETCHES, min(strain, 1))
+    count(i, at.HAND_SHIFTS, min(way, 1))
+    count(i, at.HAND_SHIFT_FRETS, way)
+    for s in range(i[at.I_STRINGS]):
+        if i[at.X_FREED + s] == 1 and i[at.X_TAKER + s] < 0:
+            _end_former(i, s, frame)
+            damp_string(d, i, s, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+    for note in range(i[at.G_COUNT]):
+        if i[at.G_STRING + note] < 0:
+            _drop(i, note, frame)
+        else:
+            _sound(d, i, note, frame)
+
+
+@kernel
+def _forget_dropped(i):
+    """Make room in a full chord: forget for good a note that has no string. Its drop, decided already, is kept."""
+    for note in range(i[at.G_COUNT] - 1, -1, -1):
+        if i[at.G_STRING + note] >= 0:
+            continue
+        count(i, at.NOTES_DROPPED)
+        i[at.I_SAVED + at.NOTES_DROPPED] += 1
+        if i[at.G_OFF + note] == 0:
+            _owe(i, i[at.G_CHANNEL + note], i[at.G_KEY + note])
+        last = i[at.G_COUNT] - 1
+        for row in range(7):
+            i[at.I_GROUP_ROWS + row * at.ROW + note] = i[at.I_GROUP_ROWS + row * at.ROW + last]
+        i[at.G_COUNT] = last
+        return
+
+
+@kernel
+def add_to_chord(i, channel, key, pitch, seq):
+    """One more note for the chord (``recall_chord`` has been called, ``play_chord`` must follow)."""
+    if i[at.G_COUNT] >= at.MAX_GROUP:
+        _forget_dropped(i)
+    note = i[at.G_COUNT]
+    i[at.G_COUNT] = note + 1
+    i[at.G_KEY + note], i[at.G_CHANNEL + note], i[at.G_PITCH + note] = key, channel, pitch
+    i[at.G_SEQ + note], i[at.G_OFF + note], i[at.G_STRING + note] = seq, 0, -1
+
+
+@kernel
+def chord_note_off(i, channel, key):
+    """The note-off of a note of the present chord; returns whether there is such a note."""
+    for note in range(i[at.G_COUNT]):
+        if i[at.G_KEY + note] == key and i[at.G_CHANNEL + note] == channel and i[at.G_OFF + note] == 0:
+            i[at.G_OFF + note] = 1
+            return True
+    return False

@@ -1,0 +1,193 @@
+"""Where the player keeps its numbers inside its sections of ``d`` and ``i``, and the constants of its rules.
+
+Offsets are absolute (the section's base is added here). Tables are filled once by ``ukrt.playing.player_tables``; the rest is
+the player's own state, cleared by ``player_reset``.
+"""
+
+from .layout import MAX_STRINGS, PLAYER_D, PLAYER_D_SIZE, PLAYER_I, PLAYER_I_SIZE
+
+# Capacities --------------------------------------------------------------------------------------------------------
+ROW = 16  # strings or group notes in a row of state, >= MAX_STRINGS
+FRET_ROW = 32  # frets of one string in the table of places
+MAX_GROUP = 16  # notes of one frame that are weighed against each other; > MAX_STRINGS, so dropped ones can give way
+LOG_CAPACITY = 16384  # notes the log holds; older ones are overwritten and counted
+CHANNELS = 16
+SEARCH_NODES = 4096  # partial assignments looked at for one chord before the best one found is taken
+
+# Rules -------------------------------------------------------------------------------------------------------------
+PERCUSSION_CHANNEL = 9  # channel 10 in a musician's count
+FINGERS = 4  # of the left hand that stop strings
+MAX_BEND_CENTS = 1200  # tension ratio 1/4 .. 4: an octave either way
+MAX_RANGE_CENTS = 2400
+
+# Costs of a choice, in points. Steals outweigh every stretch, stretches every shift, shifts most preferences.
+COST_STEAL_HELD = 4_000_000
+COST_STEAL_PEDALLED = 1_000_000
+COST_STRETCH = 20_000  # for each fret beyond the span and each finger beyond four
+COST_YOUTH = 200  # for each string plucked longer ago than the one that is stolen
+COST_SHIFT = 6  # for each fret the hand moves
+COST_SHIFT_ANY = 6  # for moving at all
+COST_FRET = 2  # for each fret up the neck
+COST_BUSY = 3  # the string is just being damped
+BONUS_SAME = 20  # this string played this pitch last
+BONUS_REPEAT = 3000  # this string still sounds this very note
+UNPLAYABLE = 1 << 40
+
+# Parameters (i) ----------------------------------------------------------------------------------------------------
+I_STRINGS = PLAYER_I + 0
+I_FRETS = PLAYER_I + 1
+I_SPAN = PLAYER_I + 2  # frets
+I_LEAD = PLAYER_I + 3  # frames from a note-on to its release
+I_LANDING = PLAYER_I + 4  # frames a finger takes to land
+I_DAMP_RAMP = PLAYER_I + 5
+I_UNDAMP_RAMP = PLAYER_I + 6
+I_QUICK_RAMP = PLAYER_I + 7
+I_SETTLE = PLAYER_I + 8  # frames from damping to lifting the finger
+I_GAP = PLAYER_I + 9  # frames from lifting the finger to lifting the damper
+I_DAMPED_IDLE = PLAYER_I + 10  # 1: idle strings stay damped
+I_BEND_RANGE = PLAYER_I + 11  # cents, before any RPN
+I_BEND_RAMP = PLAYER_I + 12
+I_BEND_SLOT = PLAYER_I + 13  # least frames between two tension gestures of a string
+I_OPEN = PLAYER_I + 16  # MIDI note of each open string
+I_FOLD = I_OPEN + ROW  # pitch that is played for each MIDI note, or -1
+
+# Parameters (d) ----------------------------------------------------------------------------------------------------
+D_PLUCK_PLACE = PLAYER_D + 0
+D_PLUCK_ANGLE = PLAYER_D + 1
+D_FORCE = PLAYER_D + 8  # peak force [N] of each velocity
+D_PLACES = D_FORCE + 128  # place [m] of each string and fret
+D_STATE = D_PLACES + MAX_STRINGS * FRET_ROW
+
+# State (d) ---------------------------------------------------------------------------------------------------------
+D_TENSION = D_STATE  # last tension ratio asked of each string
+D_BEND = D_TENSION + ROW  # tension ratio of each channel
+D_LOG_FORCE = D_BEND + CHANNELS
+D_END = D_LOG_FORCE + LOG_CAPACITY
+
+# Counters (i) ------------------------------------------------------------------------------------------------------
+COUNTER_NAMES = (
+    "notes_on",
+    "notes_played",
+    "notes_dropped",
+    "notes_percussion",
+    "notes_stolen",
+    "notes_repeated",
+    "notes_folded",
+    "hand_shifts",
+    "hand_shift_frets",
+    "stretches",
+    "bends",
+    "bends_limited",
+    "tension_gestures",
+    "controllers_ignored",
+    "rpn_ignored",
+    "messages_ignored",
+    "notes_off_unmatched",
+    "note_log_overflows",
+    "gestures_refused",
+    "searches_cut_short",
+)
+(
+    NOTES_ON,
+    NOTES_PLAYED,
+    NOTES_DROPPED,
+    NOTES_PERCUSSION,
+    NOTES_STOLEN,
+    NOTES_REPEATED,
+    NOTES_FOLDED,
+    HAND_SHIFTS,
+    HAND_SHIFT_FRETS,
+    STRETCHES,
+    BENDS,
+    BENDS_LIMITED,
+    TENSION_GESTURES,
+    CONTROLLERS_IGNORED,
+    RPN_IGNORED,
+    MESSAGES_IGNORED,
+    NOTES_OFF_UNMATCHED,
+    NOTE_LOG_OVERFLOWS,
+    GESTURES_REFUSED,
+    SEARCHES_CUT_SHORT,
+) = range(len(COUNTER_NAMES))
+
+# State that a chord's re-assignment takes back (i): one block, copied to I_SAVED when a chord begins --------------------
+I_STATE = I_FOLD + 128  # first number that player_reset clears
+I_COUNTERS = I_STATE
+I_HAND = I_COUNTERS + 32  # fret under the index finger
+I_PLUCKS = I_HAND + 1  # plucks so far: the clock of "longest ago"
+I_STRING = I_HAND + 8
+S_STATE = I_STRING + 0 * ROW
+S_CHANNEL = I_STRING + 1 * ROW
+S_KEY = I_STRING + 2 * ROW  # MIDI note as it came
+S_PITCH = I_STRING + 3 * ROW  # MIDI note that is played
+S_SEQ = I_STRING + 4 * ROW  # number of the note in the log
+S_FINGER = I_STRING + 5 * ROW  # fret under the stopping finger, 0: no finger
+S_DAMP = I_STRING + 6 * ROW  # frame at which the damper comes down, -1: not asked for
+S_LIFT = I_STRING + 7 * ROW  # frame at which the finger lifts, -1
+S_UNDAMP = I_STRING + 8 * ROW  # frame at which the damper lifts, -1
+S_ORDER = I_STRING + 9 * ROW  # value of I_PLUCKS at its last pluck
+I_SAVED_SIZE = S_ORDER + ROW - I_COUNTERS
+IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
+
+# State that stays (i) ----------------------------------------------------------------------------------------------
+I_SAVED = I_COUNTERS + I_SAVED_SIZE
+I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
+I_NOW = I_STARTED + 1  # latest frame seen
+I_NEXT_SEQ = I_STARTED + 2
+S_TENSION_FRAME = I_STARTED + 8  # frame of the last tension gesture
+I_CHANNEL = S_TENSION_FRAME + ROW
+C_BEND = I_CHANNEL + 0 * CHANNELS  # -8192 .. 8191
+C_RANGE = I_CHANNEL + 1 * CHANNELS  # cents
+C_RPN = I_CHANNEL + 2 * CHANNELS  # msb * 128 + lsb, RPN_NULL, or NRPN
+C_PEDAL = I_CHANNEL + 3 * CHANNELS
+I_OWED = I_CHANNEL + 4 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+RPN_NULL = 0x3FFF
+NRPN = 0x4000
+
+# The chord of the present frame (i) -----------------------------------------------------------------------------------
+I_GROUP = I_OWED + CHANNELS * 128
+G_FRAME = I_GROUP + 0
+G_COUNT = I_GROUP + 1
+G_VICTIMS = I_GROUP + 2
+I_GROUP_ROWS = I_GROUP + 8
+G_KEY = I_GROUP_ROWS + 0 * ROW
+G_CHANNEL = I_GROUP_ROWS + 1 * ROW
+G_PITCH = I_GROUP_ROWS + 2 * ROW
+G_SEQ = I_GROUP_ROWS + 3 * ROW
+G_OFF = I_GROUP_ROWS + 4 * ROW  # its note-off has come already
+G_STRING = I_GROUP_ROWS + 5 * ROW  # string it was given, -1: none
+G_REPEAT = I_GROUP_ROWS + 6 * ROW  # string that still sounds the same key of the same channel, -1
+V_SEQ = I_GROUP_ROWS + 7 * ROW  # notes of the log that this chord ended
+V_OWED = I_GROUP_ROWS + 8 * ROW  # index into I_OWED that went up by one for it, -1; rows of 32
+I_SEARCH = V_OWED + 2 * ROW
+
+# Scratch of the search (i) -------------------------------------------------------------------------------------------
+X_COST = I_SEARCH  # [MAX_GROUP][ROW] points of a note on a string
+X_TAKER = X_COST + MAX_GROUP * ROW  # note on each string, -1
+X_PARENT = X_TAKER + ROW
+X_QUEUE = X_PARENT + ROW
+X_ORDER = X_QUEUE + ROW  # notes by importance
+X_TRY = X_ORDER + ROW
+X_SUM = X_TRY + ROW
+X_LOW = X_SUM + ROW
+X_HIGH = X_LOW + ROW
+X_REST = X_HIGH + ROW
+X_PICK = X_REST + ROW
+X_FREED = X_PICK + ROW  # 1: the string's note is replaced by a repeat of itself
+
+# Note log (i), a ring of LOG_CAPACITY -----------------------------------------------------------------------------------
+I_LOG = X_FREED + ROW
+L_FRAME = I_LOG + 0 * LOG_CAPACITY
+L_END = I_LOG + 1 * LOG_CAPACITY  # frame, -1: rings
+L_KEY = I_LOG + 2 * LOG_CAPACITY
+L_CHANNEL = I_LOG + 3 * LOG_CAPACITY
+L_STRING = I_LOG + 4 * LOG_CAPACITY  # -1: none
+L_FRET = I_LOG + 5 * LOG_CAPACITY
+L_FATE = I_LOG + 6 * LOG_CAPACITY
+I_END = I_LOG + 7 * LOG_CAPACITY
+
+FATE_NAMES = ("played", "stolen", "repeated", "silenced", "dropped", "percussion")
+PLAYED, STOLEN, REPEATED, SILENCED, DROPPED, PERCUSSION = range(len(FATE_NAMES))
+
+if D_END - PLAYER_D > PLAYER_D_SIZE or I_END - PLAYER_I > PLAYER_I_SIZE:
+    raise ImportError(f"the player needs {D_END - PLAYER_D} float64 and {I_END - PLAYER_I} int64, more than layout.py gives it")
