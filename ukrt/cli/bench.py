@@ -1,0 +1,221 @@
+"""``ukrt bench``: how many times faster than real time this machine computes the guitar, and which part costs what.
+
+All six strings ring and are plucked again each second; nothing sleeps. Blocks are timed one by one on one core.
+"""
+
+import contextlib
+import dataclasses
+import json
+import os
+import platform
+import time
+
+from .common import add_block_option, add_guitar_options, add_rate_option, load_guitar, make_engine, number
+
+_EPILOG = """\
+examples:
+  ukrt bench
+  ukrt bench --block 64 --seconds 60
+  ukrt bench --json > bench.json
+"""
+# Chords as MIDI notes from the lowest string up; each note has only one place that leaves a string to the others.
+G_MAJOR = (43, 47, 50, 55, 59, 67)  # frets 3 2 0 0 0 3
+F_BARRE = (41, 48, 53, 57, 60, 65)  # frets 1 3 3 2 1 1: every string stopped
+OPEN = (40, 45, 50, 55, 59, 64)
+VELOCITY = 100
+RESPONSE_SECONDS = 0.5
+RUNS = 5
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """One thing to measure."""
+
+    name: str
+    words: str
+    chord: tuple = G_MAJOR
+    contacts: int = 3
+    tension_modulation: bool = True
+    signal: str = "pressure"
+
+
+CASES = (
+    Case("whole", "whole engine, G major, three strings stopped by three contacts each"),
+    Case("barre", "whole engine, F major barre, all six strings stopped by three contacts each", F_BARRE),
+    Case("open", "whole engine, open strings, no contact", OPEN),
+    Case("one-contact", "whole engine, G major, one contact a stopped string", contacts=1),
+    Case("linear", "whole engine, G major, without tension modulation", tension_modulation=False),
+    Case("bridge-force", "strings and body only, G major, without convolution", signal="bridge-force"),
+)
+
+
+def add_parser(commands):
+    """Add the subcommand to the parser."""
+    parser = commands.add_parser(
+        "bench", help="measure how fast this machine computes the guitar", description=__doc__, epilog=_EPILOG
+    )
+    add_guitar_options(parser)
+    add_rate_option(parser, 48000, "default: %(default)s")
+    add_block_option(parser, 128, "default: %(default)s")
+    parser.add_argument(
+        "--seconds",
+        type=number("s", 1, 600),
+        default=10.0,
+        metavar="S",
+        help=f"sound computed in each of {RUNS} runs of each case (default: %(default)g)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Measure all cases and print them."""
+    guitar = load_guitar(args)
+    with one_core() as core:
+        results = [measure(case, guitar, args.rate, args.block, args.seconds) for case in CASES]
+    report = {
+        "preset": guitar.name,
+        "rate_hz": args.rate,
+        "block_frames": args.block,
+        "period_ms": 1e3 * args.block / args.rate,
+        "seconds": args.seconds,
+        "runs": RUNS,
+        "machine": {"processor": _processor(), "core": core, "python": platform.python_version()},
+        "cases": results,
+        "parts_percent": _parts({r["name"]: r for r in results}),
+    }
+    if args.json:
+        print(json.dumps(report, indent=2))
+    else:
+        _print(report)
+    return 0
+
+
+@contextlib.contextmanager
+def one_core():
+    """Keep this thread on one core where the system can; gives the core's number or None."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield None
+        return
+    before = os.sched_getaffinity(0)
+    core = max(before)
+    os.sched_setaffinity(0, {core})
+    try:
+        yield core
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def measure(case, guitar, rate, block, seconds):
+    """Run one case; returns a dict of times real time (median and all runs) and quantiles of the blocks' times."""
+    import numpy as np
+
+    engine = make_engine(
+        _variant(case, guitar), rate, signal=case.signal, impulse_response=_response(case, guitar, rate)
+    )
+    n_blocks = max(1, int(round(seconds * rate / block)))
+    out = np.zeros((block, engine.channels))
+    _play(engine, case.chord, out, int(round(rate / block)))  # a second to warm up
+    nanoseconds = np.array([_play(engine, case.chord, out, n_blocks) for _ in range(RUNS)], dtype=float)
+    audible = len({note["string"] for note in engine.note_log() if note["midi"] in case.chord})
+    engine.close()
+    speeds = n_blocks * block / rate / (nanoseconds.sum(axis=1) * 1e-9)
+    quantiles = np.quantile(nanoseconds * 1e-6, (0.5, 0.99, 0.999, 1.0))
+    return {
+        "name": case.name,
+        "words": case.words,
+        "strings_plucked": audible,
+        "times_real_time": float(np.median(speeds)),
+        "times_real_time_runs": [float(s) for s in speeds],
+        "block_ms": dict(zip(("p50", "p99", "p99.9", "max"), map(float, quantiles), strict=True)),
+    }
+
+
+def _play(engine, chord, out, n_blocks):
+    """Compute ``n_blocks`` blocks, the chord plucked again each second; returns each block's time [ns]."""
+    times, block, second = [], len(out), int(engine.sample_rate)
+    next_pluck = engine.frame
+    for _ in range(n_blocks):
+        if engine.frame + block > next_pluck:
+            for note in chord:
+                engine.send(next_pluck, 0x90, note, VELOCITY)
+            next_pluck += second
+        start = time.perf_counter_ns()
+        engine.process_into(out)
+        times.append(time.perf_counter_ns() - start)
+    return times
+
+
+def _variant(case, guitar):
+    """The guitar with what the case leaves out."""
+    finger = dataclasses.replace(guitar.finger, contacts=guitar.finger.contacts[: case.contacts])
+    strings = guitar.strings
+    if not case.tension_modulation:
+        strings = tuple(dataclasses.replace(s, axial_stiffness=0.0) for s in strings)
+    return dataclasses.replace(guitar, finger=finger, strings=strings)
+
+
+def _response(case, guitar, rate):
+    """The guitar's impulse response, cut or continued with zeros to the length that is measured."""
+    import numpy as np
+
+    from ..radiation.impulse_response import load_impulse_response
+
+    if case.signal != "pressure":
+        return None
+    response = load_impulse_response(guitar.radiation.impulse_response, rate)
+    samples = np.zeros((int(round(RESPONSE_SECONDS * rate)), 2, 2))
+    taps = min(len(samples), len(response.samples))
+    samples[:taps] = response.samples[:taps]
+    return dataclasses.replace(response, samples=samples)
+
+
+def _parts(results):
+    """Share of each part in the time of the whole engine [%], from pairs of cases that differ only in it."""
+    cost = {name: 1.0 / result["times_real_time"] for name, result in results.items()}
+    whole = cost["whole"]
+    return {
+        "convolution": 100.0 * (whole - cost["bridge-force"]) / whole,
+        "tension modulation": 100.0 * (whole - cost["linear"]) / whole,
+        "contacts of three stopped strings": 100.0 * (whole - cost["open"]) / whole,
+        "second and third contact": 100.0 * (whole - cost["one-contact"]) / whole,
+        "strings and body without these": 100.0 * (cost["open"] + cost["bridge-force"] + cost["linear"] - 2 * whole)
+        / whole,
+    }
+
+
+def _processor():
+    with contextlib.suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as lines:
+        for line in lines:
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _print(report):
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(
+        f"{report['preset']} at {report['rate_hz']} Hz, blocks of {report['block_frames']} frames "
+        f"({report['period_ms']:.3f} ms), {RESPONSE_SECONDS:g} s of stereo convolution, "
+        f"{report['runs']} runs of {report['seconds']:g} s on one core of {report['machine']['processor']}"
+    )
+    table = Table(box=box.SIMPLE)
+    table.add_column("case")
+    for name in ("x real time", "p50/us", "p99/us", "p99.9/us", "max/us", "p99.9/period"):
+        table.add_column(name, justify="right")
+    for case in report["cases"]:
+        times = case["block_ms"]
+        microseconds = [f"{1e3 * t:.0f}" for t in times.values()]
+        share = f"{100 * times['p99.9'] / report['period_ms']:.1f} %"
+        table.add_row(case["words"], f"{case['times_real_time']:.1f}", *microseconds, share)
+    console.print(table)
+    parts = Table(box=box.SIMPLE)
+    parts.add_column("part")
+    parts.add_column("share of the whole", justify="right")
+    for name, percent in report["parts_percent"].items():
+        parts.add_row(name, f"{percent:.0f} %")
+    console.print(parts)

@@ -1,0 +1,135 @@
+"""What the commands share: the parser's manners, types of arguments with their legal ranges, the guitar's options."""
+
+import argparse
+import math
+import pathlib
+import sys
+
+from ..errors import UkrtError
+
+RATES = (44100, 48000, 88200, 96000, 192000)
+
+
+class UsageError(UkrtError):
+    """The arguments do not fit together; the message says what would."""
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse with errors in one sentence, and help texts that keep their lines."""
+
+    def __init__(self, **options):
+        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        options.setdefault("allow_abbrev", False)
+        super().__init__(**options)
+
+    def error(self, message):
+        raise UsageError(f"{message} (see: {self.prog} --help)")
+
+
+def number(unit, low, high, whole=False):
+    """An argument type: a number from ``low`` to ``high`` [``unit``], in a sentence otherwise."""
+    kind = "a whole number" if whole else "a number"
+    words = f"{kind} from {low:g} to {high:g} {unit}".rstrip()
+
+    def parse(text):
+        try:
+            value = int(text) if whole else float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} is not {words}")
+        return value
+
+    return parse
+
+
+def assignment(text):
+    """An argument type: KEY=VALUE as a pair of strings."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=VALUE, such as pluck.place=0.85")
+    return key.strip(), value.strip()
+
+
+def add_set_option(parser, words):
+    """``--set``."""
+    parser.add_argument(
+        "--set",
+        dest="overrides",
+        type=assignment,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help=f"{words}, by the dotted key that `ukrt presets NAME` prints; may be repeated",
+    )
+
+
+def add_guitar_options(parser):
+    """``--preset`` and ``--set``."""
+    parser.add_argument(
+        "--preset",
+        default="classical",
+        metavar="NAME|FILE",
+        help="the guitar: a name that `ukrt presets` lists, or a TOML file (default: %(default)s)",
+    )
+    add_set_option(parser, "change one value of the preset")
+
+
+def add_rate_option(parser, default, words):
+    """``--rate``."""
+    parser.add_argument(
+        "--rate",
+        type=number("Hz", 8000, 384000, whole=True),
+        default=default,
+        metavar="HZ",
+        help=f"sample rate; made for {', '.join(map(str, RATES))} ({words})",
+    )
+
+
+def add_block_option(parser, default, words):
+    """``--block``."""
+    parser.add_argument(
+        "--block",
+        type=number("frames", 1, 8192, whole=True),
+        default=default,
+        metavar="N",
+        help=f"frames computed at once; the sound does not depend on it ({words})",
+    )
+
+
+def load_guitar(args):
+    """The guitar that ``--preset`` and ``--set`` describe."""
+    from ..model.presets import load_preset
+
+    return load_preset(args.preset, dict(args.overrides))
+
+
+def make_console():
+    """A rich console on standard error, for what is not the command's result."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, soft_wrap=not sys.stderr.isatty())
+
+
+def say(message):
+    """A line of progress to standard error."""
+    print(f"ukrt: {message}", file=sys.stderr, flush=True)
+
+
+def clock_time(seconds):
+    """A duration in words, such as ``3:05`` or ``4.2 s``."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(int(round(seconds)), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+
+
+def make_engine(guitar, rate, **options):
+    """An engine for ``guitar``; says so where it has to be compiled first, which takes a while."""
+    from ..engine.engine import Engine
+    from ..engine.kernels.jit import cache_folder
+
+    if not pathlib.Path(cache_folder()).is_dir():
+        say("compiling the engine for this machine; this is done once and takes about a minute")
+    return Engine(guitar, float(rate), **options)

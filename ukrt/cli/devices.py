@@ -1,0 +1,82 @@
+"""``ukrt devices``: the audio outputs and MIDI inputs of this machine, with the numbers and names to choose them by."""
+
+from ..errors import DeviceError
+from .common import make_console
+
+_EPILOG = """\
+The default is marked with *. Choose with
+  ukrt play --audio-out NAME|INDEX --midi-in NAME|INDEX
+where NAME may be a part of the name.
+"""
+
+
+def add_parser(commands):
+    """Add the subcommand to the parser."""
+    parser = commands.add_parser(
+        "devices", help="list audio outputs and MIDI inputs", description=__doc__, epilog=_EPILOG
+    )
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Print both lists; a machine without either is told so, which is no failure."""
+    print_devices()
+    return 0
+
+
+def print_devices():
+    """Both tables to standard output."""
+    from rich.console import Console
+
+    from ..drivers import midi_in
+
+    console = Console(highlight=False)
+    outputs = _outputs()
+    if outputs:
+        console.print(_audio_table(outputs))
+    else:
+        console.print("audio outputs: none found (ukrt play then writes what would be heard to a WAV file)")
+    inputs, chosen = midi_in.list_inputs(), midi_in.find_input()
+    if inputs:
+        console.print(_midi_table(inputs, chosen))
+    else:
+        console.print("MIDI inputs: none found (ukrt play then plays the bundled piece)")
+
+
+def _outputs():
+    from ..drivers import audio
+
+    try:
+        return audio.list_outputs()
+    except DeviceError as error:
+        make_console().print(f"ukrt: {error}", markup=False)
+        return []
+
+
+def _table(title, *columns):
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=box.SIMPLE, title_style="bold")
+    for name in columns:
+        table.add_column(name, justify="left" if name in ("", "name", "host API", "API") else "right")
+    return table
+
+
+def _audio_table(outputs):
+    from rich.markup import escape
+
+    table = _table("audio outputs", "", "index", "name", "host API", "channels", "rate/Hz")
+    for o in outputs:
+        mark = "*" if o.is_default else ""
+        table.add_row(mark, str(o.index), escape(o.name), o.host_api, str(o.channels), f"{o.sample_rate:.0f}")
+    return table
+
+
+def _midi_table(inputs, chosen):
+    from rich.markup import escape
+
+    table = _table("MIDI inputs", "", "index", "name", "API")
+    for port in inputs:
+        table.add_row("*" if port == chosen else "", str(port.index), escape(port.name), port.api)
+    return table

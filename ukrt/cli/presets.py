@@ -1,0 +1,36 @@
+"""``ukrt presets``: the guitars there are; with a name, that guitar as TOML which ``--preset`` loads again."""
+
+from .common import UsageError, add_set_option, load_guitar
+
+_EPILOG = """\
+examples:
+  ukrt presets
+  ukrt presets classical > mine.toml
+  ukrt presets drop-d --set pluck.place=0.8
+"""
+
+
+def add_parser(commands):
+    """Add the subcommand to the parser."""
+    parser = commands.add_parser(
+        "presets", help="list the guitars, or print one as TOML", description=__doc__, epilog=_EPILOG
+    )
+    parser.add_argument("preset", nargs="?", metavar="NAME|FILE", help="print this one as TOML that can be loaded")
+    add_set_option(parser, "change one value before printing")
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """List or print."""
+    from ..model.presets import dump_preset, load_preset, preset_names
+
+    if args.preset is not None:
+        print(dump_preset(load_guitar(args)), end="")
+        return 0
+    if args.overrides:
+        raise UsageError("--set changes a preset that is printed; name it, as in: ukrt presets classical --set ...")
+    names = preset_names()
+    width = max(map(len, names), default=0)
+    for name in names:
+        print(f"{name:<{width}}  {load_preset(name).description}")
+    return 0
