@@ -1,4 +1,4 @@
-"""Writes audio files: blocks of float64 samples enter, a WAV or FLAC file of 16, 24 or 32 (float) bits leaves when whole.
+"""Writes audio files: blocks of float64 samples enter, a WAV or FLAC file of 16, 24 or 32 (float) bits leaves.
 
 Until it is whole the sound stands in a hidden file beside the target, which replaces it in one step at the end and is
 removed after any error or Ctrl-C: nobody ever finds half a file.
@@ -50,7 +50,7 @@ def check_audio_path(path, bits="24", channels=None, sample_rate=None):
         raise AudioFileError(f"{path}: {bits!r} bits were asked for, 16, 24 and 32f are legal")
     if channels is not None and not 1 <= channels <= MAX_CHANNELS:
         raise AudioFileError(f"{path}: {channels} channels were asked for, 1 to {MAX_CHANNELS} are legal")
-    if sample_rate is not None and (sample_rate != int(sample_rate) or not 1 <= sample_rate < 2**31):
+    if sample_rate is not None and not (1 <= sample_rate < 2**31 and sample_rate == int(sample_rate)):
         raise AudioFileError(f"{path}: the sample rate is {sample_rate} Hz, an audio file needs a whole number of Hz")
     if kind == "FLAC":
         if str(bits) == "32f":

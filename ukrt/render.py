@@ -1,0 +1,280 @@
+"""Renders MIDI files to sound, offline: a path and a preset enter, samples (or an audio file) and a report leave.
+
+Sample 0 is MIDI time 0 and releases fall on the notes' times; `ukrt.drivers.offline` says how, and where the sound
+ends.
+
+Engines give Pa or N. Full scale 1.0 is 1 Pa or 1 N times the gain: for ``pressure`` the preset's ``radiation.gain_db``
+plus ``gain_db``; for ``bridge-force`` and ``strings`` ``gain_db`` alone (a force is no loudness). Normalising, where
+asked for, puts the peak at -1 dBFS, and ``gain_db`` then comes on top.
+"""
+
+import math
+import numbers
+import os
+import tempfile
+
+import numpy as np
+
+from ukrt.drivers.audio_file import AudioWriter, check_audio_path
+from ukrt.drivers.midi_file import load_midi_file
+from ukrt.drivers.offline import MAX_TAIL_SECONDS, Performance
+from ukrt.errors import AudioFileError, ParameterError
+
+NORMALIZED_DB = -1.0
+MAX_BLOCK = 8192
+SIGNALS = ("pressure", "bridge-force", "strings")
+
+
+def render(path, preset="classical", **options):
+    """Render a MIDI file to an array.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The MIDI file.
+    preset : str, path-like or Guitar
+    **options
+        As for `render_to`.
+
+    Returns
+    -------
+    samples : ndarray (n, channels) float64
+        Full scale 1.0; see the module's docstring for the level.
+    report : dict
+        As from `render_to`.
+    """
+    memory = _Memory()
+    report = render_to(memory.open, path, preset, **options)
+    return np.concatenate(memory.blocks), report
+
+
+def render_file(path, target, preset="classical", *, bits="24", overwrite=True, sample_rate=48000, **options):
+    """Render a MIDI file to a WAV or FLAC file, block by block; the file appears when it is whole.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The MIDI file.
+    target : str or path-like
+        ``.wav`` or ``.flac``.
+    preset : str, path-like or Guitar
+    bits : {"16", "24", "32f"}
+    overwrite : bool
+        Whether an existing file may be replaced.
+    sample_rate : float [Hz]
+    **options
+        As for `render_to`.
+
+    Returns
+    -------
+    report : dict
+        As from `render_to`; ``clipped_samples`` counts what the file clipped.
+    """
+    folder = check_audio_path(target, bits, sample_rate=sample_rate).parent
+    writer = None
+
+    def open_writer(channels, rate, max_frames):
+        nonlocal writer
+        writer = AudioWriter(target, rate, channels, bits, overwrite=overwrite, max_frames=max_frames)
+        return writer
+
+    try:
+        report = render_to(open_writer, path, preset, sample_rate=sample_rate, spool_folder=folder, **options)
+        writer.close()
+    except BaseException:
+        if writer is not None:
+            writer.discard()
+        raise
+    return report | {"clipped_samples": writer.clipped_samples, "file": str(target), "bits": str(bits)}
+
+
+def render_to(
+    open_sink,
+    path,
+    preset="classical",
+    *,
+    sample_rate=48000,
+    block_size=512,
+    signal="pressure",
+    gain_db=0.0,
+    normalize=False,
+    tail_db=-60.0,
+    max_minutes=120.0,
+    overrides=None,
+    progress=None,
+    spool_folder=None,
+    engine_factory=None,
+):
+    """Render a MIDI file block by block; only one block is in memory at a time.
+
+    Parameters
+    ----------
+    open_sink : callable (channels, sample_rate, max_frames) -> object with ``write(block)``
+        Called once, when file and preset have been accepted; blocks are float64 (n <= block_size, channels).
+    path : str or path-like
+        The MIDI file.
+    preset : str, path-like or Guitar
+    sample_rate : float [Hz]
+    block_size : int
+        1 to 8192 frames computed at once.
+    signal : {"pressure", "bridge-force", "strings"}
+        Stereo sound [Pa], the bridge's force [N], or each string's share of it [N].
+    gain_db : float [dB]
+    normalize : bool
+        Peak at -1 dBFS (plus ``gain_db``); the sound waits in a temporary file until its peak is known.
+    tail_db : float [dB]
+        Below 0; energy at which the tail ends, relative to its largest value.
+    max_minutes : float [min]
+        Longer MIDI files are refused.
+    overrides : dict of str to str, optional
+        Dotted preset keys and their values.
+    progress : callable (done_s, total_s), optional
+        Called now and then with the time rendered and the time there is to render [s].
+    spool_folder : path-like, optional
+        Where `normalize` keeps its temporary file; by default the system's place.
+    engine_factory : callable (guitar, sample_rate, signal=...) -> Engine, optional
+
+    Returns
+    -------
+    report : dict
+        Ready for JSON. ``notes_total``, ``notes_dropped``, ``notes_stolen``, ``duration_s`` (of the sound),
+        ``midi_duration_s``, ``peak_dbfs`` (None for silence), ``clipped_samples`` (beyond full scale),
+        ``times_real_time`` (of the engine; its first block, which may wait for the compiler, is left out; None where
+        there is no other), ``preset``, ``sample_rate``, ``signal``, ``channels``, ``frames``, ``gain_db`` (all in all),
+        ``title``, ``warnings`` (oddities of the MIDI file), ``counters`` (the engine's), and ``notes``: a list of
+        ``time_s``, ``release_frame`` (in output samples), ``midi``, ``channel``, ``string``, ``fret``, ``force_n``,
+        ``end_s``, ``fate``.
+    """
+    _check_options(block_size, signal, gain_db, tail_db)
+    score = load_midi_file(path, max_minutes)
+    guitar = _guitar(preset, overrides)
+    engine = (engine_factory or _engine)(guitar, sample_rate, signal=signal)
+    try:
+        performance = Performance(score, engine, block_size, tail_db, _response_frames(engine, signal), progress)
+        max_frames = math.ceil((score.duration_s + MAX_TAIL_SECONDS) * sample_rate) + 1
+        total_db = gain_db + (guitar.radiation.gain_db if signal == "pressure" else 0.0)
+        meter = _Meter(open_sink(engine.channels, sample_rate, max_frames))
+        if normalize:
+            total_db = _write_normalized(performance, meter, gain_db, engine.channels, spool_folder)
+        else:
+            gain = 10.0 ** (total_db / 20.0)
+            for block in performance.blocks():
+                meter.write(block * gain)
+        return _report(score, performance, meter, guitar, signal, total_db)
+    finally:
+        engine.close()
+
+
+class _Memory:
+    """A sink that keeps its blocks."""
+
+    def open(self, channels, sample_rate, max_frames):
+        self.blocks = [np.zeros((0, channels))]
+        return self
+
+    def write(self, block):
+        self.blocks.append(block)
+
+
+class _Meter:
+    """Passes blocks on to a sink and keeps their peak, their number of frames and of samples beyond full scale."""
+
+    def __init__(self, sink):
+        self._sink = sink
+        self.peak, self.frames, self.beyond_full_scale = 0.0, 0, 0
+
+    def write(self, block):
+        size = np.abs(block)
+        self.peak = max(self.peak, float(np.max(size, initial=0.0)))
+        self.frames += len(block)
+        self.beyond_full_scale += int(np.count_nonzero(size > 1.0))
+        self._sink.write(block)
+
+
+def _write_normalized(performance, meter, gain_db, channels, folder):
+    """Let the sound wait in a temporary file until its peak is known, then write it; returns the gain [dB]."""
+    peak, rows = 0.0, 65536
+    try:
+        with tempfile.TemporaryFile(dir=folder) as spool:
+            for block in performance.blocks():
+                peak = max(peak, float(np.max(np.abs(block), initial=0.0)))
+                spool.write(np.ascontiguousarray(block, dtype=np.float64).tobytes())
+            total_db = NORMALIZED_DB + gain_db - (20.0 * math.log10(peak) if peak > 0.0 else 0.0)
+            gain = 10.0 ** (total_db / 20.0)
+            spool.seek(0)
+            while data := spool.read(rows * channels * 8):
+                meter.write(np.frombuffer(data).reshape(-1, channels) * gain)
+    except OSError as error:
+        raise AudioFileError(
+            f"{folder or tempfile.gettempdir()}: the sound cannot wait there until its peak is known "
+            f"({error.strerror}), more room is needed (or no --normalize)"
+        ) from None
+    return total_db
+
+
+def _check_options(block_size, signal, gain_db, tail_db):
+    if not isinstance(block_size, numbers.Integral) or not 1 <= block_size <= MAX_BLOCK:
+        raise ParameterError("block_size", block_size, f"a whole number from 1 to {MAX_BLOCK} frames is needed")
+    if signal not in SIGNALS:
+        raise ParameterError("signal", signal, f"one of {', '.join(SIGNALS)} is needed")
+    if not -200.0 <= gain_db <= 200.0:
+        raise ParameterError("gain_db", gain_db, "a number from -200 to 200 dB is needed")
+    if not -200.0 <= tail_db < 0.0:
+        raise ParameterError("tail_db", tail_db, "a number from -200 dB to below 0 dB is needed")
+
+
+def _guitar(preset, overrides):
+    """The guitar itself, or the one that a preset's name or file describes."""
+    if not isinstance(preset, str | os.PathLike):
+        return preset
+    from ukrt.model.presets import load_preset
+
+    return load_preset(preset, dict(overrides or {}))
+
+
+def _engine(guitar, sample_rate, signal):
+    from ukrt.engine.engine import Engine  # the compiler is loaded only when the file and the preset are right
+
+    return Engine(guitar, sample_rate, signal=signal)
+
+
+def _response_frames(engine, signal):
+    """Length of the impulse response through which ``signal`` is heard; forces are heard at once."""
+    return int(engine.response_frames) if signal == "pressure" else 0
+
+
+def _report(score, performance, meter, guitar, signal, gain_db):
+    """What was played and how, ready for JSON."""
+    engine, lead = performance.engine, performance.engine.lead_frames
+    counters = {name: _plain(value) for name, value in engine.counters().items() if np.ndim(value) == 0}
+    notes = [
+        {name: _plain(value) for name, value in (row | {"release_frame": row["release_frame"] - lead}).items()}
+        for row in performance.notes
+    ]
+    seconds = performance.compute_seconds
+    speed = performance.timed_frames / engine.sample_rate / seconds if seconds > 0.0 else None
+    return {
+        "notes_total": score.n_notes,
+        "notes_dropped": counters["notes_dropped"],
+        "notes_stolen": counters["notes_stolen"],
+        "duration_s": meter.frames / engine.sample_rate,
+        "midi_duration_s": score.duration_s,
+        "peak_dbfs": 20.0 * math.log10(meter.peak) if meter.peak > 0.0 else None,
+        "clipped_samples": meter.beyond_full_scale,
+        "times_real_time": speed,
+        "preset": guitar.name,
+        "sample_rate": _plain(engine.sample_rate),
+        "signal": signal,
+        "channels": engine.channels,
+        "frames": meter.frames,
+        "gain_db": gain_db,
+        "title": score.title,
+        "warnings": list(score.warnings),
+        "counters": counters,
+        "notes": notes,
+    }
+
+
+def _plain(value):
+    """NumPy scalars as Python's own numbers."""
+    return value.item() if isinstance(value, np.generic) else value
