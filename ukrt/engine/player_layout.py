@@ -67,15 +67,8 @@ D_END = D_LOG_FORCE + LOG_CAPACITY
 # Counters (i) ------------------------------------------------------------------------------------------------------
 COUNTER_NAMES = (
     "notes_on",
-    "notes_played",
-    "notes_dropped",
     "notes_percussion",
-    "notes_stolen",
-    "notes_repeated",
     "notes_folded",
-    "hand_shifts",
-    "hand_shift_frets",
-    "stretches",
     "bends",
     "bends_limited",
     "tension_gestures",
@@ -86,18 +79,18 @@ COUNTER_NAMES = (
     "note_log_overflows",
     "gestures_refused",
     "searches_cut_short",
+    "notes_played",
+    "notes_dropped",
+    "notes_stolen",
+    "notes_repeated",
+    "hand_shifts",
+    "hand_shift_frets",
+    "stretches",
 )
 (
     NOTES_ON,
-    NOTES_PLAYED,
-    NOTES_DROPPED,
     NOTES_PERCUSSION,
-    NOTES_STOLEN,
-    NOTES_REPEATED,
     NOTES_FOLDED,
-    HAND_SHIFTS,
-    HAND_SHIFT_FRETS,
-    STRETCHES,
     BENDS,
     BENDS_LIMITED,
     TENSION_GESTURES,
@@ -108,12 +101,20 @@ COUNTER_NAMES = (
     NOTE_LOG_OVERFLOWS,
     GESTURES_REFUSED,
     SEARCHES_CUT_SHORT,
+    NOTES_PLAYED,
+    NOTES_DROPPED,
+    NOTES_STOLEN,
+    NOTES_REPEATED,
+    HAND_SHIFTS,
+    HAND_SHIFT_FRETS,
+    STRETCHES,
 ) = range(len(COUNTER_NAMES))
 
-# State that a chord's re-assignment takes back (i): one block, copied to I_SAVED when a chord begins --------------------
+# State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -------------------------
 I_STATE = I_FOLD + 128  # first number that player_reset clears
 I_COUNTERS = I_STATE
-I_HAND = I_COUNTERS + 32  # fret under the index finger
+I_TAKEN_BACK = I_COUNTERS + NOTES_PLAYED  # from here on a chord's re-assignment takes back
+I_HAND = I_COUNTERS + len(COUNTER_NAMES)  # fret under the index finger
 I_PLUCKS = I_HAND + 1  # plucks so far: the clock of "longest ago"
 I_STRING = I_HAND + 8
 S_STATE = I_STRING + 0 * ROW
@@ -126,11 +127,11 @@ S_DAMP = I_STRING + 6 * ROW  # frame at which the damper comes down, -1: not ask
 S_LIFT = I_STRING + 7 * ROW  # frame at which the finger lifts, -1
 S_UNDAMP = I_STRING + 8 * ROW  # frame at which the damper lifts, -1
 S_ORDER = I_STRING + 9 * ROW  # value of I_PLUCKS at its last pluck
-I_SAVED_SIZE = S_ORDER + ROW - I_COUNTERS
+I_SAVED_SIZE = S_ORDER + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = I_COUNTERS + I_SAVED_SIZE
+I_SAVED = S_ORDER + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -149,6 +150,7 @@ I_GROUP = I_OWED + CHANNELS * 128
 G_FRAME = I_GROUP + 0
 G_COUNT = I_GROUP + 1
 G_VICTIMS = I_GROUP + 2
+GROUP_FIELDS = 7
 I_GROUP_ROWS = I_GROUP + 8
 G_KEY = I_GROUP_ROWS + 0 * ROW
 G_CHANNEL = I_GROUP_ROWS + 1 * ROW
@@ -157,8 +159,8 @@ G_SEQ = I_GROUP_ROWS + 3 * ROW
 G_OFF = I_GROUP_ROWS + 4 * ROW  # its note-off has come already
 G_STRING = I_GROUP_ROWS + 5 * ROW  # string it was given, -1: none
 G_REPEAT = I_GROUP_ROWS + 6 * ROW  # string that still sounds the same key of the same channel, -1
-V_SEQ = I_GROUP_ROWS + 7 * ROW  # notes of the log that this chord ended
-V_OWED = I_GROUP_ROWS + 8 * ROW  # index into I_OWED that went up by one for it, -1; rows of 32
+V_SEQ = I_GROUP_ROWS + 7 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
+V_OWED = I_GROUP_ROWS + 9 * ROW  # index into I_OWED that went up by one for it, -1
 I_SEARCH = V_OWED + 2 * ROW
 
 # Scratch of the search (i) -------------------------------------------------------------------------------------------

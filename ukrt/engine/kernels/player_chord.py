@@ -1,8 +1,8 @@
 """The chord of the present frame: its notes are weighed together, and what was decided is taken back when another arrives.
 
 Messages come one by one, so each note of a chord is played as if it were the last. When another message of the same frame
-changes the ground (a note-on, a note-off, the pedal), the plucks, none of which has been carried out yet, are withdrawn, the
-state before the chord is brought back (``recall_chord``), the message takes effect, and all is decided again
+changes the ground (a note-on, a note-off, the pedal), the plucks, none of which has been carried out yet, are withdrawn and
+the state before the chord is brought back (``recall_chord``), the message takes effect, and all is decided again
 (``play_chord``). The result is the same in whichever order the messages of one frame arrive.
 """
 
@@ -11,7 +11,7 @@ from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_choice import choose_strings
 from ukrt.engine.kernels.player_hand import hand_follow
-from ukrt.engine.kernels.player_log import count, log_end, log_kept, log_place
+from ukrt.engine.kernels.player_log import count, log_end, log_place
 from ukrt.engine.kernels.player_strings import damp_string, restore_ending, set_tension, start_note, withdraw_note
 from ukrt.engine.kernels.timeline import timeline_cancel
 
@@ -28,33 +28,41 @@ def chord_open(d, i, frame):
 
 
 @kernel
-def open_chord(i, frame):
-    """Begin a chord: keep the state as it is before it."""
-    i[at.G_FRAME], i[at.G_COUNT], i[at.G_VICTIMS] = frame, 0, 0
-    for k in range(at.I_SAVED_SIZE):
-        i[at.I_SAVED + k] = i[at.I_COUNTERS + k]
-
-
-@kernel
 def close_chord(i):
     """Nothing of the chord is decided anew any more."""
     i[at.G_COUNT], i[at.G_VICTIMS] = 0, 0
 
 
 @kernel
+def _recall_string(d, i, s, frame):
+    """Bring one string's gestures back to what they were before the chord."""
+    withdraw_note(d, i, s, frame)
+    restore_ending(d, i, s, frame)
+    sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
+    ratio = d[at.D_BEND + i[at.S_CHANNEL + s]] if sounding else 1.0
+    set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
+
+
+@kernel
 def recall_chord(d, i, frame):
-    """Bring the state before the chord back; what counted since then is counted anew."""
+    """Take back what the chord of this frame, if one is open, has done; a chord that lies behind is closed.
+
+    Whoever calls this calls ``play_chord`` when the message has taken effect.
+    """
+    if not chord_open(d, i, frame):
+        close_chord(i)
+        i[at.G_FRAME] = frame
+        return
+    for s in range(i[at.I_STRINGS]):
+        touched = 0
+        for row in (at.S_STATE, at.S_SEQ, at.S_ORDER):
+            touched += 1 if i[row + s] != i[row - at.I_TAKEN_BACK + at.I_SAVED + s] else 0
+        i[at.X_QUEUE + s] = touched
     for k in range(at.I_SAVED_SIZE):
-        i[at.I_COUNTERS + k] = i[at.I_SAVED + k]
-    for note in range(i[at.G_COUNT]):
-        s = i[at.G_STRING + note]
-        if s < 0:
-            continue
-        withdraw_note(d, i, s, frame)
-        restore_ending(d, i, s, frame)
-        sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
-        ratio = d[at.D_BEND + i[at.S_CHANNEL + s]] if sounding else 1.0
-        set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
+        i[at.I_TAKEN_BACK + k] = i[at.I_SAVED + k]
+    for s in range(i[at.I_STRINGS]):
+        if i[at.X_QUEUE + s] > 0:
+            _recall_string(d, i, s, frame)
     for k in range(i[at.G_VICTIMS]):
         log_end(i, i[at.V_SEQ + k], -1, at.PLAYED)
         if i[at.V_OWED + k] >= 0:
@@ -116,7 +124,7 @@ def end_note(d, i, s, frame):
         i[at.S_STATE + s] = at.PEDALLED
         return
     log_end(i, i[at.S_SEQ + s], frame, at.PLAYED)
-    damp_string(d, i, s, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+    damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
 
 
 @kernel
@@ -154,6 +162,8 @@ def play_chord(d, i, frame):
     """Choose strings for all notes of the chord and put their gestures on the timeline."""
     if i[at.G_COUNT] == 0:
         return
+    for k in range(at.I_SAVED_SIZE):
+        i[at.I_SAVED + k] = i[at.I_TAKEN_BACK + k]
     _find_repeats(i)
     choose_strings(i)
     strain, way = hand_follow(i)
@@ -163,7 +173,7 @@ def play_chord(d, i, frame):
     for s in range(i[at.I_STRINGS]):
         if i[at.X_FREED + s] == 1 and i[at.X_TAKER + s] < 0:
             _end_former(i, s, frame)
-            damp_string(d, i, s, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+            damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
     for note in range(i[at.G_COUNT]):
         if i[at.G_STRING + note] < 0:
             _drop(i, note, frame)
@@ -178,11 +188,10 @@ def _forget_dropped(i):
         if i[at.G_STRING + note] >= 0:
             continue
         count(i, at.NOTES_DROPPED)
-        i[at.I_SAVED + at.NOTES_DROPPED] += 1
         if i[at.G_OFF + note] == 0:
             _owe(i, i[at.G_CHANNEL + note], i[at.G_KEY + note])
         last = i[at.G_COUNT] - 1
-        for row in range(7):
+        for row in range(at.GROUP_FIELDS):
             i[at.I_GROUP_ROWS + row * at.ROW + note] = i[at.I_GROUP_ROWS + row * at.ROW + last]
         i[at.G_COUNT] = last
         return

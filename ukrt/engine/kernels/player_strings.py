@@ -14,7 +14,7 @@ from ukrt.engine.kernels.timeline import timeline_add, timeline_cancel
 @kernel
 def ask(d, i, frame, kind, s, p0, p1):
     """Put a gesture on the timeline; a refusal (the timeline is full) is counted."""
-    if timeline_add(d, i, frame, kind, s, p0, p1, 0.0, 0.0, 0.0) == 0:
+    if timeline_add(d, i, frame, kind, s, float(p0), float(p1), 0.0, 0.0, 0.0) == 0:
         count(i, at.GESTURES_REFUSED)
 
 
@@ -22,16 +22,18 @@ def ask(d, i, frame, kind, s, p0, p1):
 def _cancel_ending(d, i, s, frame):
     """Cancel what is left of the string's damping from ``frame`` on and note what has happened of it.
 
-    Returns whether the damper is on, or has not quite left, the string.
+    Returns 2 if the damper is on the string, 1 if it is just leaving it, 0 if it is off.
     """
     down = timeline_cancel(d, i, s, do.DAMP, frame) == 0 and i[at.S_DAMP + s] >= 0
     up = timeline_cancel(d, i, s, do.UNDAMP, frame) == 0 and i[at.S_UNDAMP + s] >= 0
     if timeline_cancel(d, i, s, do.LIFT, frame) == 0 and i[at.S_LIFT + s] >= 0:
         i[at.S_FINGER + s] = 0
-    if up and i[at.S_UNDAMP + s] + i[at.I_UNDAMP_RAMP] <= frame:
-        down = False
-    i[at.S_DAMP + s], i[at.S_LIFT + s], i[at.S_UNDAMP + s] = -1, -1, -1
-    return down
+    leaving = up and i[at.S_UNDAMP + s] + i[at.I_UNDAMP_RAMP] > frame
+    i[at.S_DAMP + s] = i[at.S_DAMP + s] if down and not up else -1
+    i[at.S_LIFT + s], i[at.S_UNDAMP + s] = -1, -1
+    if down and not up:
+        return 2
+    return 1 if leaving else 0
 
 
 @kernel
@@ -60,10 +62,10 @@ def bend_string(d, i, s, frame, ratio):
 @kernel
 def start_note(d, i, s, frame, pitch, force, seq, ratio):
     """Damper off, finger to its fret (or off), tension as the channel's bend has it, and the pluck that begins now."""
-    damped = _cancel_ending(d, i, s, frame)
     fret = pitch - i[at.I_OPEN + s]
-    if damped:
+    if _cancel_ending(d, i, s, frame) > 0:
         ask(d, i, frame, do.UNDAMP, s, 0.0, i[at.I_QUICK_RAMP])
+    i[at.S_DAMP + s] = -1
     finger = i[at.S_FINGER + s]
     if finger > 0 and finger != fret:
         ask(d, i, frame, do.LIFT, s, 0.0, 0.0)
@@ -97,15 +99,15 @@ def restore_ending(d, i, s, frame):
 
 
 @kernel
-def damp_string(d, i, s, frame, ramp):
-    """The damper comes down at ``frame``; when the string is at rest the finger lifts, and the damper where strings idle open."""
-    timeline_cancel(d, i, s, do.DAMP, frame)
-    timeline_cancel(d, i, s, do.LIFT, frame)
-    timeline_cancel(d, i, s, do.UNDAMP, frame)
+def damp_string(d, i, s, now, frame, ramp):
+    """The damper comes down at ``frame`` (after ``now``, or now); when the string is at rest the finger lifts, and the damper
+    too where strings idle open."""
+    on = _cancel_ending(d, i, s, now + 1) == 2
     lifting = frame + i[at.I_SETTLE]
-    ask(d, i, frame, do.DAMP, s, 1.0, ramp)
+    if not on:
+        ask(d, i, frame, do.DAMP, s, 1.0, ramp)
+        i[at.S_DAMP + s] = frame
     i[at.S_STATE + s] = at.DAMPING
-    i[at.S_DAMP + s], i[at.S_LIFT + s], i[at.S_UNDAMP + s] = frame, -1, -1
     if i[at.S_FINGER + s] > 0:
         ask(d, i, lifting, do.LIFT, s, 0.0, 0.0)
         i[at.S_LIFT + s] = lifting

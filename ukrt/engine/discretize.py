@@ -1,0 +1,206 @@
+"""From physics to numbers that a machine can step: here, and only here, the sample rate enters.
+
+Enter a guitar, its intonation (tensions, fret places) and a sample rate; leave the flat arrays of an instance at rest: exact
+modal flow of strings, body and fingers (Gautschi's trigonometric integrator), tables of what the basis cuts, solver lanes.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ukrt.engine import layout as at
+from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.ports import refit_string
+from ukrt.errors import ParameterError
+from ukrt.model.body import body_modes, bridge_ends
+from ukrt.model.strings import REFERENCE_HZ, string_modes, string_modes_range
+
+LINEAR = 1e200  # 4 L / ES of a string without tension modulation
+MATCH = 0.25  # residual modes are matched at this share of the bandwidth (chosen by measurement, see the README)
+RATES = (44100.0, 192000.0)
+
+
+def make_arrays():
+    """The two arrays of an instance, zero: d float64 (D_SIZE,) and i int64 (I_SIZE,), on 64-byte boundaries."""
+    return aligned(at.D_SIZE, np.float64), aligned(at.I_SIZE, np.int64)
+
+
+def aligned(size, kind):
+    """Zeros of ``size`` eight-byte numbers that start on a 64-byte boundary."""
+    raw = np.zeros(size + 8, kind)
+    skip = (-raw.ctypes.data % 64) // 8
+    return raw[skip : skip + size]
+
+
+def modal_flow(omega, zeta, dt):
+    """Coefficients of the exact free motion q[k+1] = a q[k] + b q[k-1].
+
+    Parameters
+    ----------
+    omega, zeta : ndarray (n,) [rad/s], [1]
+    dt : float [s]
+
+    Returns
+    -------
+    a, b : ndarray (n,) [1]
+    """
+    omega, zeta = np.asarray(omega, float), np.asarray(zeta, float)
+    sigma = zeta * omega
+    root = np.sqrt((omega**2 - sigma**2).astype(complex))
+    grow = np.exp((-sigma + 1j * root) * dt) + np.exp((-sigma - 1j * root) * dt)
+    return grow.real, -np.exp(-2.0 * sigma * dt)
+
+
+def check_rate(sample_rate, guitar):
+    """Refuse a sample rate that the engine cannot run at, or that does not carry the basis."""
+    low, high = RATES
+    if not np.isfinite(sample_rate) or not low <= sample_rate <= high:
+        raise ParameterError("sample_rate", sample_rate, f"it must be from {low:g} to {high:g} Hz")
+    most = 0.46 * sample_rate
+    if guitar.basis.bandwidth_hz > most:
+        words = f"it must be at most {most:g} Hz (0.46 of the sample rate)"
+        raise ParameterError("basis.bandwidth_hz", guitar.basis.bandwidth_hz, words)
+
+
+def fill_instance(d, i, guitar, intonation, sample_rate):
+    """Write an instance at rest.
+
+    Parameters
+    ----------
+    d, i : ndarray
+        From `make_arrays`.
+    guitar : ukrt.model.parameters.Guitar
+    intonation : ukrt.model.intonation.Intonation
+    sample_rate : float [Hz]
+
+    Raises
+    ------
+    ParameterError
+        A sample rate out of range, or more modes than an instance holds.
+    """
+    check_rate(sample_rate, guitar)
+    d[:], i[:] = 0.0, 0
+    i[at.H_MAGIC], i[at.H_VERSION] = at.MAGIC, at.VERSION
+    i[at.H_STRINGS] = len(guitar.strings)
+    i[at.H_GROUPS] = -(-len(guitar.strings) // 8)
+    i[at.H_FINGER], i[at.H_DAMPER] = len(guitar.finger.contacts), len(guitar.damper.places)
+    i[at.H_PORTS] = 1
+    meter = at.METER
+    d[meter + at.M_RATE] = sample_rate
+    d[meter + at.M_MATCH] = 2.0 * np.pi * MATCH * guitar.basis.bandwidth_hz
+    d[at.SIGMA : at.SIGMA + at.LANES] = 1.0
+    _fill_contacts(d, guitar, 1.0 / sample_rate)
+    _fill_body(d, i, guitar.body, 1.0 / sample_rate)
+    tile = 0
+    for s, string in enumerate(guitar.strings):
+        string = replace(string, tension=float(intonation.tensions[s]))
+        tile = _fill_string(d, i, s, string, guitar.basis.bandwidth_hz, tile)
+        tune_string(d, i, s)
+        refit_string(d, i, s, 0)
+
+
+def _fill_string(d, i, s, string, bandwidth_hz, tile):
+    """Constants, lanes and tables of one string; returns the tile after its own."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    count = string_modes(string, bandwidth_hz).count
+    tiles = -(-count // 4) + at.RESIDUAL_MODES // 4
+    if tile + tiles > at.MAX_TILES:
+        words = f"with these strings the engine's {4 * at.MAX_TILES} modes are too few: lower it"
+        raise ParameterError("basis.bandwidth_hz", bandwidth_hz, words)
+    i[own_i + at.SI_TILE], i[own_i + at.SI_TILES], i[own_i + at.SI_MODES] = tile, tiles, count
+    for place, value in (
+        (at.S_LENGTH, string.length),
+        (at.S_TENSION, string.tension),
+        (at.S_DENSITY, string.linear_density),
+        (at.S_STIFFNESS, string.bending_stiffness),
+        (at.S_AXIAL, string.axial_stiffness),
+        (at.S_LOSS_INTERNAL, string.loss_internal),
+        (at.S_LOSS_AIR, string.loss_air),
+        (at.S_LOSS_BENDING, string.loss_bending),
+        (at.S_BANDWIDTH, bandwidth_hz),
+        (at.S_RATIO, 1.0),
+    ):
+        d[own + place] = value
+    d[at.XI + s] = string.bridge_position
+    d[at.SIGMA + s] = 4.0 * string.length / string.axial_stiffness if string.axial_stiffness > 0.0 else LINEAR
+    start = at.TABLES_AT + s * at.TABLES * at.TABLE
+    d[start : start + at.TABLES * at.TABLE] = residual_tables(string, bandwidth_hz, d[at.METER + at.M_MATCH]).ravel()
+    return tile + tiles
+
+
+def residual_tables(string, bandwidth_hz, match):
+    """What the cut modes lack between two places, as functions of a distance: with c = cos(p distance), the sums of
+    c / (m omega^2), of c / (m omega^2 (omega^2 - match^2)) and of 2 zeta c / (m omega^3), since
+    sin p x sin p y = [cos p(x - y) - cos p(x + y)] / 2.
+
+    Returns
+    -------
+    ndarray (TABLES, TABLE)
+        On an even grid over [0, L].
+    """
+    cut = string_modes_range(string, bandwidth_hz, REFERENCE_HZ)
+    static = 1.0 / (cut.mass * cut.omega**2)
+    weights = (static, static / (cut.omega**2 - match**2), static * 2.0 * cut.zeta / cut.omega)
+    steps = at.TABLE - 1
+    odd = np.rint(cut.p * 2.0 * string.length / np.pi).astype(int)  # 2 n - 1: cos(p x_j) = cos(2 pi odd j / (4 steps))
+    out = np.empty((at.TABLES, at.TABLE))
+    for row, weight in zip(out, weights, strict=True):
+        bins = np.bincount(odd % (4 * steps), weight, minlength=4 * steps)
+        row[:] = np.fft.fft(bins).real[: at.TABLE]
+    return out
+
+
+def _fill_contacts(d, guitar, dt):
+    """Exact flow of the finger's contacts; rigid points and dampers are limits of it."""
+    for j, contact in enumerate(guitar.finger.contacts):
+        row = at.CONTACTS + j * at.CONTACT_SIZE
+        d[row + at.C_OFFSET] = contact.offset
+        if contact.kind == "damper":
+            d[row + at.C_B], d[row + at.C_G] = 1.0, 2.0 * dt / contact.damping
+        elif contact.kind == "oscillator":
+            d[row + at.C_A], d[row + at.C_B], d[row + at.C_G] = contact_flow(contact, dt)
+            d[row + at.C_STATIC], d[row + at.C_LOSS] = _contact_step_error(contact, dt)
+    for j, place in enumerate(guitar.damper.places):
+        row = at.CONTACTS + (at.MAX_CONTACTS + j) * at.CONTACT_SIZE
+        d[row + at.C_OFFSET], d[row + at.C_DAMPER] = place, guitar.damper.damping_ratio
+
+
+def contact_flow(contact, dt):
+    """a, b, g of an oscillator (m, c, k), with the limits for k = 0 and c = 0."""
+    mass, damping, stiffness = contact.mass, contact.damping, contact.stiffness
+    if stiffness > 0.0:
+        omega = np.sqrt(stiffness / mass)
+        a, b = modal_flow(omega, damping / (2.0 * mass * omega), dt)
+        return float(a), float(b), float((1.0 - a - b) / stiffness)
+    if damping == 0.0:
+        return 2.0, -1.0, dt * dt / mass
+    decay = np.exp(-damping * dt / mass)
+    return 1.0 + decay, -decay, float(-np.expm1(-damping * dt / mass)) * dt / damping
+
+
+def _contact_step_error(contact, dt):
+    """What the step adds to a contact's receptance at low frequency: in omega^2, and in loss [m s^2/N], [m s/N]."""
+    if contact.stiffness == 0.0:
+        return 0.0, 0.0
+    a, b, _ = contact_flow(contact, dt)
+    omega_square = contact.stiffness / contact.mass
+    omega = np.sqrt(omega_square)
+    if omega * dt > 2.0 or contact.damping > 1.4 * contact.mass * omega:
+        return 0.0, 0.0  # stiff or heavily damped: the expansion at low frequency says nothing
+    step = dt * dt / (2.0 - 2.0 * np.cos(omega * dt))
+    static = (step - 1.0 / omega_square - dt * dt / 12.0) / contact.stiffness
+    loss = ((1.0 + b) * dt / (1.0 - a - b) - contact.damping / contact.stiffness) / contact.stiffness
+    return float(static), float(loss)
+
+
+def _fill_body(d, i, body, dt):
+    """Body modes in coordinates in which one step's compliance is 1, and the bridge's own 2 x 2 of it."""
+    modes, (bass, treble) = body_modes(body), bridge_ends(body)
+    n = modes.count
+    a, b = modal_flow(modes.omega, modes.zeta, dt)
+    root = np.sqrt((1.0 - a - b) / (modes.mass * modes.omega**2))
+    i[at.H_BODY] = max(1, -(-n // 8))
+    d[at.BODY_A : at.BODY_A + n], d[at.BODY_B : at.BODY_B + n] = a, b
+    at_bass, at_slope = root * bass, root * (treble - bass)
+    d[at.BODY_BASS : at.BODY_BASS + n], d[at.BODY_SLOPE : at.BODY_SLOPE + n] = at_bass, at_slope
+    d[at.BODY_W : at.BODY_W + 3] = at_bass @ at_bass, at_bass @ at_slope, at_slope @ at_slope

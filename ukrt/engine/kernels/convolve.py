@@ -1,0 +1,202 @@
+"""Streaming convolution without delay: force at the two ends of the bridge in, pressure left and right out (Eq. 51).
+
+Four responses. The first 64 taps run as a direct sum per sample; the rest by FFT in partitions of three sizes
+(`convolve_layout`), one input transform for both outputs and one inverse for both inputs. Whenever a block of 64 frames,
+counted from absolute frame 0, is complete, the convolver does that block's share of all levels' work: the same amount in
+every block, in an order that depends on frame numbers only, so that the host's block size changes no bit. Frames must follow
+one another without gaps between two resets. What is not finite in the input leaves the output again after the response's length.
+"""
+
+import numpy as np
+
+from ukrt.engine.kernels import convolve_layout as layout
+from ukrt.engine.kernels.convolve_layout import (
+    BLOCK,
+    CHANNEL,
+    DELAY,
+    FIRST,
+    HEAD,
+    HEADER,
+    HISTORY,
+    HISTORY_LENGTH,
+    IN_LENGTH,
+    IN_RING,
+    INPUTS,
+    LEVELS,
+    OP,
+    OP_ADD,
+    OP_BACK,
+    OP_FIRST,
+    OP_MIDDLE,
+    OP_PRODUCT,
+    OP_TILES,
+    PARTITIONS,
+    PRODUCT,
+    PROGRAM,
+    RADIX,
+    RECORD,
+    SIZE,
+    SPECTRA,
+    STATE_START,
+    STATE_STOP,
+    STEP,
+    STOP,
+    STRIDE,
+    SUMS,
+    TABLE,
+    TAIL,
+    TAIL_LENGTH,
+    WORK,
+)
+from ukrt.engine.kernels.convolve_vector import add_products, head_of_four
+from ukrt.engine.kernels.fft import (
+    fft_angles,
+    fft_first_pass,
+    fft_forward_pass,
+    fft_from_tiles,
+    fft_inverse_pass,
+    fft_last_pass,
+    fft_table,
+    fft_to_tiles,
+)
+from ukrt.engine.kernels.jit import kernel
+
+
+def convolver_size(n_taps):
+    """Lengths of the two arrays of a convolver of ``n_taps`` taps: (len_v, len_vi)."""
+    plan = layout.make_plan(n_taps)
+    return plan.len_v, len(plan.integers)
+
+
+def convolver_prepare(ir, v, vi):
+    """Fill a convolver's arrays from its responses, at rest.
+
+    Parameters
+    ----------
+    ir : ndarray (n_taps, 2, 2) [Pa/N per sample]
+        Taps of: input (bass end, treble end), output (left, right).
+    v : ndarray (len_v,) float64, its data on a 64-byte boundary
+    vi : ndarray (len_vi,) int64
+    """
+    ir = np.asarray(ir, dtype=np.float64)
+    plan = layout.make_plan(len(ir))
+    if v.ctypes.data % 64 or len(v) < plan.len_v or len(vi) < len(plan.integers):
+        raise ValueError(f"a convolver of {len(ir)} taps needs {plan.len_v} doubles from a 64-byte boundary")
+    v[: plan.len_v] = 0.0
+    vi[: len(plan.integers)] = plan.integers
+    head = np.zeros((BLOCK, 2, 2))
+    head[: min(BLOCK, len(ir))] = ir[:BLOCK]
+    v[plan.head : plan.head + 4 * BLOCK] = head[::-1].transpose(1, 2, 0).ravel()
+    for level in plan.levels:
+        table = fft_table(level.size)
+        v[level.table : level.table + len(table)] = table
+        taps = np.zeros((level.partitions, level.size, 2, 2))
+        part = ir[level.start : level.start + taps.shape[0] * level.size]
+        taps.reshape(-1, 2, 2)[: len(part)] = part
+        v[level.spectra : level.spectra + 2 * taps.size] = _spectra(taps, level.size)
+
+
+def _spectra(taps, size):
+    """Spectra of partitions (n, size, 2, 2) as the products want them: by tile, partition, input, output, real/imaginary."""
+    turn = np.exp(0.5j * np.pi / size * np.arange(size))
+    bins = np.rint((fft_angles(size) - 0.5 * np.pi / size) * size / (2 * np.pi)).astype(int) % size
+    result = np.empty((size // 8, len(taps), 2, 2, 2, 8))
+    for number, partition in enumerate(taps):
+        spectrum = np.fft.ifft(partition * turn[:, None, None], axis=0)[bins]  # 1/size is what the inverse leaves to do
+        tiles = spectrum.reshape(-1, 8, 2, 2).transpose(0, 2, 3, 1)
+        result[:, number, :, :, 0], result[:, number, :, :, 1] = tiles.real, tiles.imag
+    return result.ravel()
+
+
+@kernel
+def convolver_reset(v, vi):
+    """Bring a convolver to rest."""
+    for at in range(vi[STATE_START], vi[STATE_STOP]):
+        v[at] = 0.0
+
+
+@kernel
+def _multiply(v, inputs, spectra, product, partitions, newest, first, stop):
+    """Tiles ``first`` to ``stop`` of the sum over partitions; inputs lie in a ring, the ``newest`` first."""
+    for tile in range(first, stop):
+        result = product + 32 * tile
+        for at in range(result, result + 32):
+            v[at] = 0.0
+        x, h = inputs + 32 * partitions * tile, spectra + 64 * partitions * tile
+        add_products(v, x + 32 * newest, h, result, partitions - newest)
+        if newest > 0:
+            add_products(v, x, h + 64 * (partitions - newest), result, newest)
+
+
+@kernel
+def _run_step(v, vi, record, step, block_end):
+    """One step of a level's programme for the input block that ended before frame ``block_end``."""
+    size, partitions = vi[record + SIZE], vi[record + PARTITIONS]
+    op, channel, stride, table = vi[step + OP], vi[step + CHANNEL], vi[step + STRIDE], vi[step + TABLE]
+    first, stop = vi[step + FIRST], vi[step + STOP]
+    work = vi[record + WORK] + 2 * size * channel
+    newest = -(block_end // size) % partitions
+    if op == OP_FIRST:
+        ring = vi[IN_LENGTH]
+        x = vi[IN_RING] + ring * channel + ((block_end - size) & (ring - 1))
+        fft_first_pass(v, x, work, size, RADIX, table, first, stop)
+    elif op == OP_MIDDLE:
+        fft_forward_pass(v, work, size, stride, table, first, stop)
+    elif op == OP_TILES:
+        fft_to_tiles(v, work, vi[record + INPUTS] + 32 * newest + 16 * channel, size, stride, table, first, stop)
+    elif op == OP_PRODUCT:
+        inputs, spectra = vi[record + INPUTS], vi[record + SPECTRA]
+        _multiply(v, inputs, spectra, vi[record + PRODUCT], partitions, newest, first, stop)
+    elif op == OP_BACK:
+        fft_inverse_pass(v, work, size, stride, table, first, stop)
+    elif op == OP_ADD:
+        length = vi[TAIL_LENGTH]
+        tail, heard = vi[TAIL] + length * channel, block_end + vi[record + DELAY]
+        y, second = tail + (heard & (length - 1)), tail + ((heard + size) & (length - 1))
+        fft_last_pass(v, work, y, second, size, RADIX, table, first, stop)
+    else:
+        fft_from_tiles(v, vi[record + PRODUCT] + 16 * channel, work, size, stride, table, first, stop)
+
+
+@kernel
+def _finish_block(v, vi, frame):
+    """The share of all levels that falls to the block of 64 frames that ended before ``frame``."""
+    history = vi[HISTORY]
+    for at in range(history, history + BLOCK):
+        v[at] = v[at + BLOCK]
+        v[at + HISTORY_LENGTH] = v[at + HISTORY_LENGTH + BLOCK]
+    for level in range(vi[LEVELS]):
+        record = HEADER + RECORD * level
+        size = vi[record + SIZE]
+        into = frame & (size - 1)
+        place = vi[record + PROGRAM] + into // BLOCK
+        for step in range(vi[place], vi[place + 1], STEP):
+            _run_step(v, vi, record, step, frame - into)
+
+
+@kernel
+def convolve_chunk(v, vi, frame0, n, inp, in0, out, out0):
+    """Convolve ``n`` frames from absolute frame ``frame0``, not across a multiple of 64.
+
+    Bass at ``inp[in0 + k]``, treble at ``inp[in0 + 64 + k]`` [N]; left to ``out[out0 + k]``, right to ``out[out0 + 64 + k]`` [Pa].
+    """
+    start = frame0 & (BLOCK - 1)
+    history, ring = vi[HISTORY], vi[IN_RING] + (frame0 & (vi[IN_LENGTH] - 1))
+    tail, sums = vi[TAIL] + (frame0 & (vi[TAIL_LENGTH] - 1)), vi[SUMS]
+    other_ring, other_tail = vi[IN_LENGTH], vi[TAIL_LENGTH]
+    for k in range(n):
+        bass, treble = inp[in0 + k], inp[in0 + BLOCK + k]
+        v[history + BLOCK + start + k] = bass
+        v[history + HISTORY_LENGTH + BLOCK + start + k] = treble
+        v[ring + k] = bass
+        v[ring + other_ring + k] = treble
+    for group in range(0, n, 4):
+        head_of_four(v, history + 1 + start + group, vi[HEAD], sums)
+        for j in range(min(4, n - group)):
+            k = group + j
+            out[out0 + k] = v[sums + j] + v[tail + k]
+            out[out0 + BLOCK + k] = v[sums + 4 + j] + v[tail + other_tail + k]
+            v[tail + k] = 0.0
+            v[tail + other_tail + k] = 0.0
+    if start + n == BLOCK:
+        _finish_block(v, vi, frame0 + n)

@@ -1,0 +1,296 @@
+"""What hands do to a string, sample by sample: pluck ramps, landing fingers, dampers, slides and bends.
+
+Enter gestures that are due; leave forces, offsets and coefficients for the next sample. Energy enters a string only as the
+work of the pluck, of a landing finger, of a shortened string or of a raised tension (ukrt/engine/README.md).
+"""
+
+import math
+
+from ukrt.engine import gestures as kinds
+from ukrt.engine import layout as at
+from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.ports import (
+    count_contacts, count_ports, invert_ports, port_displacement, refit_string,
+)  # fmt: skip
+from ukrt.engine.kernels.slide import begin_slide, follow_slide
+
+DAMP_EVERY = 8  # samples between two steps of a damper's ramp
+BEND_EVERY = 32  # samples between two steps of the tension
+SHORTEST_PLUCK = 2  # samples
+
+
+@kernel
+def _move_row(d, s, source, target):
+    """Take what belongs to contact ``source`` of string ``s`` to place ``target``."""
+    for base in (at.FIN_Y, at.FIN_Z, at.FIN_Y1, at.FIN_Z1, at.FIN_A, at.FIN_B, at.FIN_G, at.LAND_Y, at.LAND_Z):
+        d[base + target * at.LANES + s] = d[base + source * at.LANES + s]
+        d[base + source * at.LANES + s] = 0.0
+
+
+@kernel
+def _press(d, i, s, place, frames):
+    """The stopping finger comes down at rest and lets its spring go, over ``frames``, from the string's displacement."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    n_old, n_finger = count_ports(i, s), i[at.H_FINGER]
+    for j in range(i[own_i + at.SI_DAMPER], 0, -1):
+        _move_row(d, s, j, j + n_finger)
+    for j in range(n_finger):
+        contact, row = at.CONTACTS + j * at.CONTACT_SIZE, (j + 1) * at.LANES + s
+        d[at.FIN_A + row], d[at.FIN_B + row], d[at.FIN_G + row] = (
+            d[contact + at.C_A], d[contact + at.C_B], d[contact + at.C_G],
+        )  # fmt: skip
+        d[at.FIN_Y + row] = d[at.FIN_Z + row] = d[at.FIN_Y1 + row] = d[at.FIN_Z1 + row] = 0.0
+    i[own_i + at.SI_FINGER] = n_finger
+    d[own + at.S_FINGER_PLACE] = place
+    refit_string(d, i, s, n_old)
+    for j in range(n_finger):
+        for half in range(2):
+            now = port_displacement(d, i, s, j + 1, 4 * half, False)
+            d[own + at.S_LAND_C + at.MAX_CONTACTS * half + j] = now
+            d[own + at.S_LAND_V + at.MAX_CONTACTS * half + j] = now - port_displacement(d, i, s, j + 1, 4 * half, True)
+    i[own_i + at.SI_LAND_AT], i[own_i + at.SI_LAND_LENGTH] = 0, max(frames, 1)
+    i[own_i + at.SI_MOVE_LENGTH] = 0
+
+
+@kernel
+def _lift(d, i, s):
+    """The finger leaves; what energy it holds goes with it."""
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    n_old, n_finger = count_ports(i, s), i[own_i + at.SI_FINGER]
+    if n_finger == 0:
+        return
+    for j in range(1, n_finger + 1):
+        _move_row(d, s, j, 0)
+    for j in range(1, i[own_i + at.SI_DAMPER] + 1):
+        _move_row(d, s, j + n_finger, j)
+    i[own_i + at.SI_FINGER] = 0
+    i[own_i + at.SI_LAND_LENGTH] = 0
+    i[own_i + at.SI_MOVE_LENGTH] = 0
+    refit_string(d, i, s, n_old)
+
+
+@kernel
+def _set_damper(d, i, s, level):
+    """Give the damping finger ``level`` (0 to 1) of its full resistance: g = 2 dt / c."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    d[own + at.S_DAMP_LEVEL] = level
+    for j in range(i[own_i + at.SI_DAMPER]):
+        ratio = d[at.CONTACTS + (at.MAX_CONTACTS + j) * at.CONTACT_SIZE + at.C_DAMPER]
+        resistance = max(level, 1e-4) * ratio * d[own + at.S_IMPEDANCE]
+        d[at.FIN_G + (1 + i[own_i + at.SI_FINGER] + j) * at.LANES + s] = 2.0 / (d[at.METER + at.M_RATE] * resistance)
+
+
+@kernel
+def _damp(d, i, s, level, frames):
+    """The damping finger moves towards ``level``; it comes down following the string, so nothing is stretched."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    if i[own_i + at.SI_DAMPER] == 0:
+        if level <= 0.0:
+            return
+        n_old, first = count_ports(i, s), 1 + i[own_i + at.SI_FINGER]
+        i[own_i + at.SI_DAMPER] = i[at.H_DAMPER]
+        _set_damper(d, i, s, 0.0)
+        refit_string(d, i, s, n_old)
+        for j in range(first, first + i[at.H_DAMPER]):
+            row = j * at.LANES + s
+            d[at.FIN_A + row], d[at.FIN_B + row] = 0.0, 1.0
+            d[at.LAND_Y + row] = d[at.LAND_Z + row] = 0.0
+            d[at.FIN_Y + row] = port_displacement(d, i, s, j, 0, False)
+            d[at.FIN_Z + row] = port_displacement(d, i, s, j, 4, False)
+            d[at.FIN_Y1 + row] = port_displacement(d, i, s, j, 0, True)
+            d[at.FIN_Z1 + row] = port_displacement(d, i, s, j, 4, True)
+    d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO] = d[own + at.S_DAMP_LEVEL], level
+    i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH] = 0, max(frames, 1)
+
+
+@kernel
+def _remove_damper(d, i, s):
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    n_old = count_ports(i, s)
+    for j in range(i[own_i + at.SI_DAMPER]):
+        _move_row(d, s, 1 + i[own_i + at.SI_FINGER] + j, 0)
+    i[own_i + at.SI_DAMPER] = 0
+    d[own + at.S_DAMP_LEVEL] = 0.0
+    refit_string(d, i, s, n_old)
+
+
+@kernel
+def _pluck(d, i, s, place, force, angle, frames):
+    """Begin a force ramp at ``place`` (share of L); one that still runs on this string ends as it is let go."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    n_old = count_ports(i, s)
+    d[own + at.S_PLUCK_PLACE] = min(max(place, 0.01), 0.99) * d[own + at.S_LENGTH]
+    d[own + at.S_PLUCK_FY], d[own + at.S_PLUCK_FZ] = force * math.cos(angle), force * math.sin(angle)
+    i[own_i + at.SI_PLUCK], i[own_i + at.SI_PLUCK_AT] = 1, 0
+    i[own_i + at.SI_PLUCK_LENGTH] = max(frames, SHORTEST_PLUCK)
+    refit_string(d, i, s, n_old)
+
+
+@kernel
+def _end_pluck(d, i, s):
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    n_old = count_ports(i, s)
+    i[own_i + at.SI_PLUCK] = 0
+    refit_string(d, i, s, n_old)
+
+
+@kernel
+def perform(d, i, kind, s, p0, p1, p2, p3):
+    """Begin one gesture on string ``s`` (see gestures.py for the parameters)."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    if s < 0 or s >= i[at.H_STRINGS]:
+        i[at.H_GESTURES_DROPPED] += 1
+        return
+    frames = int(max(p1, 1.0))
+    if kind == kinds.PLUCK:
+        _pluck(d, i, s, p0, p1, p2, int(max(p3, 1.0)))
+    elif kind == kinds.PRESS or kind == kinds.MOVE:
+        if i[own_i + at.SI_FINGER] > 0:
+            begin_slide(d, i, s, p0, frames)
+        elif kind == kinds.PRESS and i[at.H_FINGER] > 0:
+            _press(d, i, s, p0, frames)
+    elif kind == kinds.LIFT:
+        _lift(d, i, s)
+    elif kind == kinds.DAMP:
+        _damp(d, i, s, min(max(p0, 0.0), 1.0), frames)
+    elif kind == kinds.UNDAMP:
+        _damp(d, i, s, 0.0, frames)
+    elif kind == kinds.TENSION:
+        d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO] = d[own + at.S_RATIO], min(max(p0, 0.25), 4.0)
+        i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH] = 0, frames
+    i[at.H_GESTURES_DONE] += 1
+    _mark_busy(i)
+
+
+@kernel
+def _mark_busy(i):
+    """Note whether any string has a ramp under way (HEAD's busy flag), so that quiet samples skip all of this."""
+    busy = 0
+    for s in range(i[at.H_STRINGS]):
+        own_i = at.STRING_I + s * at.STRING_I_SIZE
+        busy += i[own_i + at.SI_PLUCK] + i[own_i + at.SI_LAND_LENGTH] + i[own_i + at.SI_MOVE_LENGTH]
+        busy += i[own_i + at.SI_DAMP_LENGTH] + i[own_i + at.SI_TENSION_LENGTH]
+    i[at.H_BUSY] = 1 if busy > 0 else 0
+
+
+@kernel
+def _smooth(u):
+    return u * u * (3.0 - 2.0 * u)
+
+
+@kernel
+def _follow_landing(d, i, s):
+    """The spring's offset one sample on: from the string's displacement and velocity to nothing (cubic Hermite)."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    length = i[own_i + at.SI_LAND_LENGTH]
+    i[own_i + at.SI_LAND_AT] += 1
+    u = i[own_i + at.SI_LAND_AT] / length
+    stay, go = (2.0 * u - 3.0) * u * u + 1.0, length * u * (u - 1.0) * (u - 1.0)
+    for j in range(i[own_i + at.SI_FINGER]):
+        row = (j + 1) * at.LANES + s
+        c, v = own + at.S_LAND_C + j, own + at.S_LAND_V + j
+        d[at.LAND_Y + row] = stay * d[c] + go * d[v] if u < 1.0 else 0.0
+        d[at.LAND_Z + row] = stay * d[c + at.MAX_CONTACTS] + go * d[v + at.MAX_CONTACTS] if u < 1.0 else 0.0
+    if i[own_i + at.SI_LAND_AT] > length:
+        i[own_i + at.SI_LAND_LENGTH] = 0
+
+
+@kernel
+def _follow_damper(d, i, s):
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    i[own_i + at.SI_DAMP_AT] += 1
+    now, length = i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH]
+    if now < length and now % DAMP_EVERY != 0:
+        return
+    start, end = d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO]
+    if now >= length:
+        i[own_i + at.SI_DAMP_LENGTH] = 0
+        if end == 0.0:
+            _remove_damper(d, i, s)
+            return
+    _set_damper(d, i, s, start + (end - start) * _smooth(min(now / length, 1.0)))
+    invert_ports(d, i, s)
+
+
+@kernel
+def _follow_tension(d, i, s):
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    i[own_i + at.SI_TENSION_AT] += 1
+    now, length = i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH]
+    if now < length and now % BEND_EVERY != 0:
+        return
+    start, end = d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO]
+    d[own + at.S_RATIO] = start + (end - start) * _smooth(min(now / length, 1.0))
+    tune_string(d, i, s)
+    refit_string(d, i, s, count_ports(i, s))
+    if now >= length:
+        i[own_i + at.SI_TENSION_LENGTH] = 0
+
+
+@kernel
+def pluck_force(now, length):
+    """Share of the peak force that sample ``now`` of a ramp over ``length`` samples feels.
+
+    The ramp that is cut to nothing at its end, averaged with a hat of two samples' width: exact for every free mode.
+    """
+    if now == 0:
+        return 1.0 / (6.0 * length)
+    if now < length:
+        return now / length
+    return 0.5 - 1.0 / (6.0 * length)
+
+
+@kernel
+def begin_sample(d, i):
+    """Bring every ramp one sample on, before the solver; adds the pluck's part to the sums."""
+    for s in range(i[at.H_STRINGS]):
+        own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+        if i[own_i + at.SI_TENSION_LENGTH] > 0:
+            _follow_tension(d, i, s)
+        if i[own_i + at.SI_DAMP_LENGTH] > 0:
+            _follow_damper(d, i, s)
+        if i[own_i + at.SI_LAND_LENGTH] > 0:
+            _follow_landing(d, i, s)
+        if i[own_i + at.SI_PLUCK] == 1:
+            if i[own_i + at.SI_PLUCK_AT] > i[own_i + at.SI_PLUCK_LENGTH]:
+                _end_pluck(d, i, s)
+            else:
+                share = pluck_force(i[own_i + at.SI_PLUCK_AT], i[own_i + at.SI_PLUCK_LENGTH])
+                _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])
+                i[own_i + at.SI_PLUCK_AT] += 1
+
+
+@kernel
+def _add_pluck(d, i, s, force_y, force_z):
+    """The pluck moves the contacts' rows by A G phi f and the tension's row by u f."""
+    own = at.STRING + s * at.STRING_D_SIZE
+    n = 1 + count_contacts(i, s)
+    d[own + at.S_PLUCK_Y], d[own + at.S_PLUCK_Z] = force_y, force_z
+    for j in range(n):
+        row = at.ACC + 2 * j * at.ACC_STRIDE + 8 * s
+        d[row] += d[own + at.S_PLUCK_W + j] * force_y
+        d[row + 4] += d[own + at.S_PLUCK_W + j] * force_z
+    pushed = at.ACC + (2 * n + 1) * at.ACC_STRIDE + 8 * s
+    tension = at.ACC + at.SUM_HX * at.ACC_STRIDE + 8 * s
+    for lane in range(4):
+        d[tension] += d[pushed + lane] * force_y + d[pushed + 4 + lane] * force_z
+
+
+@kernel
+def push_strings(d, i):
+    """After the solver: give the sweep the pluck's force as one more column."""
+    for s in range(i[at.H_STRINGS]):
+        if i[at.STRING_I + s * at.STRING_I_SIZE + at.SI_PLUCK] == 1:
+            own, column = at.STRING + s * at.STRING_D_SIZE, 1 + count_contacts(i, s)
+            d[at.LAM_Y + column * at.LANES + s] = d[own + at.S_PLUCK_Y]
+            d[at.LAM_Z + column * at.LANES + s] = d[own + at.S_PLUCK_Z]
+
+
+@kernel
+def end_sample(d, i):
+    """After the sweep: slides move their columns; the busy flag falls when nothing is under way any more."""
+    for s in range(i[at.H_STRINGS]):
+        if i[at.STRING_I + s * at.STRING_I_SIZE + at.SI_MOVE_LENGTH] > 0:
+            follow_slide(d, i, s)
+    _mark_busy(i)

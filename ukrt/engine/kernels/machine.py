@@ -1,0 +1,89 @@
+"""What compiled code needs of the machine: addresses as arrays, a counter of ticks, denormals off.
+
+These are the only places where the processor shows; on one that lacks them they do nothing or give 0.
+"""
+
+import platform
+
+from llvmlite import ir
+from numba import carray, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from ukrt.engine.kernels.jit import kernel
+
+_X86 = platform.machine().lower() in ("x86_64", "amd64", "i686", "x86")
+_BYTES = ir.IntType(8).as_pointer()
+FLUSH = 0x8040  # MXCSR: flush to zero, denormals are zero
+
+
+@intrinsic
+def _double_pointer(_context, address):
+    def codegen(_context, builder, _signature, args):
+        return builder.inttoptr(args[0], ir.DoubleType().as_pointer())
+
+    return types.CPointer(types.float64)(address), codegen
+
+
+@intrinsic
+def _integer_pointer(_context, address):
+    def codegen(_context, builder, _signature, args):
+        return builder.inttoptr(args[0], ir.IntType(64).as_pointer())
+
+    return types.CPointer(types.int64)(address), codegen
+
+
+@kernel
+def doubles_at(address, length):
+    """The ``length`` doubles at ``address`` as an array that owns nothing."""
+    return carray(_double_pointer(address), length)
+
+
+@kernel
+def integers_at(address, length):
+    """The ``length`` 64-bit integers at ``address`` as an array that owns nothing."""
+    return carray(_integer_pointer(address), length)
+
+
+@intrinsic
+def ticks(_context):
+    """A counter that runs steadily (int64); its rate is measured outside. 0 where there is none."""
+
+    def codegen(context, builder, _signature, _args):
+        name = "llvm.readcyclecounter" if _X86 else "llvm.readsteadycounter"
+        kind = ir.FunctionType(ir.IntType(64), [])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [])
+
+    return types.int64(), codegen
+
+
+@intrinsic
+def float_mode(_context):
+    """The processor's floating-point control word (int64), to be given back to ``set_float_mode``."""
+
+    def codegen(context, builder, _signature, _args):
+        if not _X86:
+            return ir.Constant(ir.IntType(64), 0)
+        slot = cgutils.alloca_once(builder, ir.IntType(32))
+        kind = ir.FunctionType(ir.VoidType(), [_BYTES])
+        store = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.sse.stmxcsr")
+        builder.call(store, [builder.bitcast(slot, _BYTES)])
+        return builder.zext(builder.load(slot), ir.IntType(64))
+
+    return types.int64(), codegen
+
+
+@intrinsic
+def set_float_mode(_context, word):
+    """Set the floating-point control word; ``float_mode() | FLUSH`` makes denormals zero."""
+
+    def codegen(context, builder, _signature, args):
+        if _X86:
+            slot = cgutils.alloca_once(builder, ir.IntType(32))
+            builder.store(builder.trunc(args[0], ir.IntType(32)), slot)
+            kind = ir.FunctionType(ir.VoidType(), [_BYTES])
+            load = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.sse.ldmxcsr")
+            builder.call(load, [builder.bitcast(slot, _BYTES)])
+        return context.get_dummy_value()
+
+    return types.void(types.int64), codegen

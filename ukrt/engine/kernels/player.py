@@ -1,0 +1,168 @@
+"""The guitarist: MIDI messages enter, each at its frame, and gestures on the strings' timeline leave.
+
+A note-on at frame e begins its pluck at e and lets the string go at e + LEAD; note-offs and bends act LEAD frames late, too.
+The rules are written down for musicians in ``ukrt/playing/README.md``. Any three bytes at any time are a legal input.
+"""
+
+from ukrt.engine import gestures as do
+from ukrt.engine import player_layout as at
+from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_chord import (
+    add_to_chord,
+    chord_note_off,
+    end_note,
+    play_chord,
+    recall_chord,
+)
+from ukrt.engine.kernels.player_controllers import PEDAL, RESET, clear_channel, control_change, follow_bend, sound_off
+from ukrt.engine.kernels.player_log import count, log_end, log_note
+from ukrt.engine.kernels.player_strings import ask, settle_string
+
+NOTE_OFF, NOTE_ON, CONTROL, BEND, SYSTEM = 0x80, 0x90, 0xB0, 0xE0, 0xF0
+SYSTEM_RESET = 0xFF
+
+
+@kernel
+def player_reset(d, i):
+    """The player as before the first message: no notes, an empty log, counters at zero. The timeline is not touched."""
+    for k in range(at.I_STATE, at.I_END):
+        i[k] = 0
+    for k in range(at.D_STATE, at.D_END):
+        d[k] = 0.0
+    for s in range(at.ROW):
+        i[at.S_PITCH + s] = -1
+        i[at.S_SEQ + s] = -1
+        i[at.S_DAMP + s] = -1
+        i[at.S_LIFT + s] = -1
+        i[at.S_UNDAMP + s] = -1
+        d[at.D_TENSION + s] = 1.0
+    for channel in range(at.CHANNELS):
+        clear_channel(d, i, channel)
+    i[at.I_HAND] = 1
+    i[at.I_NOW] = -1
+
+
+@kernel
+def _start(d, i, frame):
+    """Before anything else: the damper onto every string, where strings idle damped."""
+    i[at.I_STARTED] = 1
+    if i[at.I_DAMPED_IDLE] == 0:
+        return
+    for s in range(i[at.I_STRINGS]):
+        ask(d, i, frame, do.DAMP, s, 1.0, 1.0)
+        i[at.S_DAMP + s] = frame
+
+
+@kernel
+def player_tick(d, i, frame):
+    """Time has come to ``frame``: strings that have been damped become idle."""
+    if i[at.I_STARTED] == 0:
+        _start(d, i, frame)
+    i[at.I_NOW] = max(i[at.I_NOW], frame)
+    for s in range(i[at.I_STRINGS]):
+        settle_string(i, s, frame)
+
+
+@kernel
+def _percussion(d, i, frame, kind, key, velocity):
+    """Messages of channel 10: notes are logged and counted, nothing is played."""
+    if kind == NOTE_ON and velocity > 0:
+        count(i, at.NOTES_ON)
+        count(i, at.NOTES_PERCUSSION)
+        seq = log_note(d, i, frame, at.PERCUSSION_CHANNEL, key, 0.0)
+        log_end(i, seq, frame, at.PERCUSSION)
+    elif kind != NOTE_ON and kind != NOTE_OFF:
+        count(i, at.MESSAGES_IGNORED)
+
+
+@kernel
+def _note_on(d, i, frame, channel, key, velocity):
+    count(i, at.NOTES_ON)
+    seq = log_note(d, i, frame, channel, key, d[at.D_FORCE + velocity])
+    pitch = i[at.I_FOLD + key]
+    if pitch != key:
+        count(i, at.NOTES_FOLDED)
+    if pitch >= 0:
+        add_to_chord(i, channel, key, pitch, seq)
+    else:
+        count(i, at.NOTES_DROPPED)
+        log_end(i, seq, frame, at.DROPPED)
+
+
+@kernel
+def _string_of(i, channel, key):
+    """The string whose key is down, the one plucked longest ago if there are several; -1 if there is none."""
+    found = -1
+    for s in range(i[at.I_STRINGS]):
+        if i[at.S_STATE + s] == at.HELD and i[at.S_CHANNEL + s] == channel and i[at.S_KEY + s] == key:
+            if found < 0 or i[at.S_ORDER + s] < i[at.S_ORDER + found]:
+                found = s
+    return found
+
+
+@kernel
+def _note_off(d, i, frame, channel, key):
+    """End the oldest note of this key that still waits for its note-off."""
+    owed = at.I_OWED + channel * 128 + key
+    s = _string_of(i, channel, key)
+    if i[owed] > 0:
+        i[owed] -= 1
+    elif s >= 0:
+        end_note(d, i, s, frame)
+    elif not chord_note_off(i, channel, key):
+        count(i, at.NOTES_OFF_UNMATCHED)
+
+
+@kernel
+def _system(d, i, frame, status):
+    """Of the system messages only reset means anything: every string damped, every channel as at power-up."""
+    if status != SYSTEM_RESET:
+        count(i, at.MESSAGES_IGNORED)
+        return
+    for channel in range(at.CHANNELS):
+        sound_off(d, i, frame, channel)
+        clear_channel(d, i, channel)
+
+
+@kernel
+def _changes_chord(kind, data1):
+    """Whether a message can change what is best for the chord of its frame: notes, the pedal (CC64, and CC121 lifts it)."""
+    return kind == NOTE_ON or kind == NOTE_OFF or (kind == CONTROL and (data1 == PEDAL or data1 == RESET))
+
+
+@kernel
+def _channel_message(d, i, frame, kind, channel, data1, data2):
+    """A message of a channel other than the percussion's."""
+    if kind == NOTE_ON and data2 > 0:
+        _note_on(d, i, frame, channel, data1, data2)
+    elif kind == NOTE_ON or kind == NOTE_OFF:
+        _note_off(d, i, frame, channel, data1)
+    elif kind == CONTROL:
+        control_change(d, i, frame, channel, data1, data2)
+    elif kind == BEND:
+        count(i, at.BENDS)
+        i[at.C_BEND + channel] = data2 * 128 + data1 - 8192
+    else:
+        count(i, at.MESSAGES_IGNORED)
+    if kind == CONTROL or kind == BEND:
+        follow_bend(d, i, frame, channel)
+
+
+@kernel
+def player_message(d, i, frame, status, data1, data2):
+    """One MIDI message at its frame. Frames that go back are taken as the latest frame seen."""
+    frame = max(frame, i[at.I_NOW])
+    player_tick(d, i, frame)
+    status, data1, data2 = status & 0xFF, data1 & 0x7F, data2 & 0x7F
+    kind, channel = status & 0xF0, status & 0x0F
+    if kind == SYSTEM:
+        _system(d, i, frame, status)
+    elif channel == at.PERCUSSION_CHANNEL:
+        _percussion(d, i, frame, kind, data1, data2)
+    else:
+        weigh = _changes_chord(kind, data1)
+        if weigh:
+            recall_chord(d, i, frame)
+        _channel_message(d, i, frame, kind, channel, data1, data2)
+        if weigh:
+            play_chord(d, i, frame)

@@ -1,0 +1,128 @@
+"""Channel messages that are not notes: pitch bend with its range (RPN 0), the pedal, and the ways to end all notes.
+
+Whatever is neither played nor followed is counted. The percussion channel's controllers are counted and ignored.
+"""
+
+from ukrt.engine import player_layout as at
+from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_chord import close_chord, end_note
+from ukrt.engine.kernels.player_log import count, log_end
+from ukrt.engine.kernels.player_strings import bend_string, damp_string
+
+PEDAL_AT = 64  # CC64 from here on is down
+DATA_MSB, DATA_LSB, PEDAL, INCREMENT, DECREMENT = 6, 38, 64, 96, 97
+NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 98, 99, 100, 101
+SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
+
+
+@kernel
+def follow_bend(d, i, frame, channel):
+    """Work out the channel's tension ratio and bring its sounding strings to it."""
+    cents = i[at.C_BEND + channel] * i[at.C_RANGE + channel] / 8192.0
+    if abs(cents) > at.MAX_BEND_CENTS:
+        cents = at.MAX_BEND_CENTS if cents > 0.0 else -at.MAX_BEND_CENTS
+        count(i, at.BENDS_LIMITED)
+    ratio = 2.0 ** (cents / 600.0)  # frequency goes with the root of the tension
+    d[at.D_BEND + channel] = ratio
+    for s in range(i[at.I_STRINGS]):
+        sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
+        if sounding and i[at.S_CHANNEL + s] == channel:
+            bend_string(d, i, s, frame, ratio)
+
+
+@kernel
+def _data_entry(i, channel, controller, value):
+    """CC6, 38, 96, 97: the bend range in semitones and cents where RPN 0 is chosen, else nothing."""
+    if i[at.C_RPN + channel] != 0:
+        count(i, at.RPN_IGNORED)
+        return
+    cents = i[at.C_RANGE + channel]
+    if controller == DATA_MSB:
+        cents = value * 100 + cents % 100
+    elif controller == DATA_LSB:
+        cents = cents - cents % 100 + min(value, 99)
+    else:
+        cents += 1 if controller == INCREMENT else -1
+    i[at.C_RANGE + channel] = max(0, min(at.MAX_RANGE_CENTS, cents))
+
+
+@kernel
+def _choose_rpn(i, channel, controller, value):
+    """CC98 to 101: which parameter data entry is about."""
+    if controller == NRPN_LSB or controller == NRPN_MSB:
+        i[at.C_RPN + channel] = at.NRPN
+        return
+    rpn = i[at.C_RPN + channel] if i[at.C_RPN + channel] != at.NRPN else at.RPN_NULL
+    if controller == RPN_MSB:
+        i[at.C_RPN + channel] = value * 128 + rpn % 128
+    else:
+        i[at.C_RPN + channel] = rpn - rpn % 128 + value
+
+
+@kernel
+def set_pedal(d, i, frame, channel, down):
+    """CC64: up, it ends the notes that only it held."""
+    i[at.C_PEDAL + channel] = down
+    for s in range(i[at.I_STRINGS]):
+        if down == 0 and i[at.S_STATE + s] == at.PEDALLED and i[at.S_CHANNEL + s] == channel:
+            end_note(d, i, s, frame)
+
+
+@kernel
+def _forget_owed(i, channel):
+    for key in range(128):
+        i[at.I_OWED + channel * 128 + key] = 0
+
+
+@kernel
+def notes_off(d, i, frame, channel):
+    """CC123: every key of the channel comes up; the pedal still holds what it holds."""
+    close_chord(i)
+    _forget_owed(i, channel)
+    for s in range(i[at.I_STRINGS]):
+        if i[at.S_STATE + s] == at.HELD and i[at.S_CHANNEL + s] == channel:
+            end_note(d, i, s, frame)
+
+
+@kernel
+def sound_off(d, i, frame, channel):
+    """CC120: the channel's strings, and those that sound with no note of their own, are damped at once, pedal or not."""
+    close_chord(i)
+    _forget_owed(i, channel)
+    for s in range(i[at.I_STRINGS]):
+        state = i[at.S_STATE + s]
+        if state != at.IDLE and i[at.S_CHANNEL + s] != channel:
+            continue
+        if state == at.HELD or state == at.PEDALLED:
+            log_end(i, i[at.S_SEQ + s], frame, at.SILENCED)
+        damp_string(d, i, s, frame, frame, i[at.I_QUICK_RAMP])
+
+
+@kernel
+def control_change(d, i, frame, channel, controller, value):
+    """One controller message, but for what bends do (``follow_bend`` comes after every one)."""
+    if controller == PEDAL or controller == RESET:
+        set_pedal(d, i, frame, channel, 1 if value >= PEDAL_AT and controller == PEDAL else 0)
+    if controller == RESET:  # the bend range stays (MIDI recommended practice RP-015)
+        i[at.C_RPN + channel], i[at.C_BEND + channel] = at.RPN_NULL, 0
+    elif controller in (DATA_MSB, DATA_LSB, INCREMENT, DECREMENT):
+        _data_entry(i, channel, controller, value)
+    elif NRPN_LSB <= controller <= RPN_MSB:
+        _choose_rpn(i, channel, controller, value)
+    elif controller == SOUND_OFF:
+        sound_off(d, i, frame, channel)
+    elif controller >= NOTES_OFF:
+        notes_off(d, i, frame, channel)
+    elif controller != PEDAL:
+        count(i, at.CONTROLLERS_IGNORED)
+
+
+@kernel
+def clear_channel(d, i, channel):
+    """A channel as it is at power-up."""
+    i[at.C_BEND + channel] = 0
+    i[at.C_RANGE + channel] = i[at.I_BEND_RANGE]
+    i[at.C_RPN + channel] = at.RPN_NULL
+    i[at.C_PEDAL + channel] = 0
+    d[at.D_BEND + channel] = 1.0
+    _forget_owed(i, channel)
