@@ -5,6 +5,8 @@
 """
 
 import importlib
+import sys
+import types
 
 __version__ = "0.1.0"
 __all__ = ["Synth", "__version__", "load_preset", "preset_names", "render"]
@@ -17,13 +19,19 @@ _HOMES = {  # public name -> module; imported when first asked for, so that `imp
 }
 
 
-def __getattr__(name):
-    if name not in _HOMES:
-        raise AttributeError(f"module 'ukrt' has no attribute {name!r}; public names are {', '.join(__all__)}")
-    value = getattr(importlib.import_module(_HOMES[name]), name)
-    globals()[name] = value
-    return value
+class _Package(types.ModuleType):
+    def __getattr__(self, name):
+        if name not in _HOMES:
+            raise AttributeError(f"module 'ukrt' has no attribute {name!r}; public names are {', '.join(__all__)}")
+        return getattr(importlib.import_module(_HOMES[name]), name)
+
+    def __setattr__(self, name, value):
+        # Importing the module ukrt.render binds its name here, which would hide the function that the name stands for.
+        if name not in _HOMES or not isinstance(value, types.ModuleType):
+            super().__setattr__(name, value)
+
+    def __dir__(self):
+        return sorted({*super().__dir__(), *__all__})
 
 
-def __dir__():
-    return sorted(__all__)
+sys.modules[__name__].__class__ = _Package

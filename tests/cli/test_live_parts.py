@@ -64,7 +64,7 @@ def test_null_output_stops_when_the_callback_says_so(tmp_path):
 
 
 def test_null_output_names_the_file_that_it_cannot_write(tmp_path):
-    with pytest.raises(AudioFileError, match="heard.wav"):
+    with pytest.raises(AudioFileError, match=r"heard\.wav"):
         NullOutput(FakeEngine(), 64, tmp_path / "absent" / "heard.wav")
 
 

@@ -10,7 +10,7 @@ import os
 import platform
 import time
 
-from .common import add_block_option, add_guitar_options, add_rate_option, load_guitar, make_engine, number
+from .common import add_block_option, add_command, add_guitar_options, add_rate_option, load_guitar, make_engine, number
 
 _EPILOG = """\
 examples:
@@ -51,9 +51,7 @@ CASES = (
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    parser = commands.add_parser(
-        "bench", help="measure how fast this machine computes the guitar", description=__doc__, epilog=_EPILOG
-    )
+    parser = add_command(commands, "bench", "measure how fast this machine computes the guitar", _EPILOG)
     add_guitar_options(parser)
     add_rate_option(parser, 48000, "default: %(default)s")
     add_block_option(parser, 128, "default: %(default)s")
@@ -179,7 +177,8 @@ def _parts(results):
         "tension modulation": 100.0 * (whole - cost["linear"]) / whole,
         "contacts of three stopped strings": 100.0 * (whole - cost["open"]) / whole,
         "second and third contact": 100.0 * (whole - cost["one-contact"]) / whole,
-        "strings and body without these": 100.0 * (cost["open"] + cost["bridge-force"] + cost["linear"] - 2 * whole)
+        "strings and body without these": 100.0
+        * (cost["open"] + cost["bridge-force"] + cost["linear"] - 2 * whole)
         / whole,
     }
 
@@ -197,7 +196,7 @@ def _print(report):
     from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     console.print(
         f"{report['preset']} at {report['rate_hz']} Hz, blocks of {report['block_frames']} frames "
         f"({report['period_ms']:.3f} ms), {RESPONSE_SECONDS:g} s of stereo convolution, "

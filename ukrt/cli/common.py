@@ -26,6 +26,11 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(f"{message} (see: {self.prog} --help)")
 
 
+def add_command(commands, name, words, epilog):
+    """A subcommand's parser; ``words`` say in one line what it does."""
+    return commands.add_parser(name, help=words, description=f"{words[0].upper()}{words[1:]}.", epilog=epilog)
+
+
 def number(unit, low, high, whole=False):
     """An argument type: a number from ``low`` to ``high`` [``unit``], in a sentence otherwise."""
     kind = "a whole number" if whole else "a number"

@@ -1,7 +1,7 @@
 """``ukrt devices``: the audio outputs and MIDI inputs of this machine, with the numbers and names to choose them by."""
 
 from ..errors import DeviceError
-from .common import make_console
+from .common import add_command, make_console
 
 _EPILOG = """\
 The default is marked with *. Choose with
@@ -12,9 +12,7 @@ where NAME may be a part of the name.
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    parser = commands.add_parser(
-        "devices", help="list audio outputs and MIDI inputs", description=__doc__, epilog=_EPILOG
-    )
+    parser = add_command(commands, "devices", "list the audio outputs and MIDI inputs of this machine", _EPILOG)
     parser.set_defaults(run=run)
 
 
@@ -30,7 +28,7 @@ def print_devices():
 
     from ..drivers import midi_in
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, soft_wrap=True)
     outputs = _outputs()
     if outputs:
         console.print(_audio_table(outputs))

@@ -40,7 +40,9 @@ def main(argv=None):
     """Run ``ukrt`` with ``argv`` (default: the process's arguments); returns the exit code."""
     try:
         args = make_parser().parse_args(argv)
-        return args.run(args) or 0
+        code = args.run(args) or 0
+        sys.stdout.flush()  # here, where a closed pipe can still be dealt with
+        return code
     except UkrtError as error:
         _complain(error)
         return 2

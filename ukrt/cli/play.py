@@ -7,9 +7,9 @@ import time
 from ..errors import DeviceError
 from .common import (
     add_block_option,
+    add_command,
     add_guitar_options,
     add_rate_option,
-    clock_time,
     load_guitar,
     make_engine,
     say,
@@ -32,7 +32,7 @@ _LOOK_SECONDS = 1.0  # between two looks for a MIDI port
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    parser = commands.add_parser("play", help="play live", description=__doc__, epilog=_EPILOG)
+    parser = add_command(commands, "play", "play the guitar live, from a MIDI keyboard or a MIDI file", _EPILOG)
     parser.add_argument("piece", nargs="?", metavar="IN.mid", help="play this MIDI file, then end")
     parser.add_argument(
         "--midi-in", metavar="NAME", help="MIDI input by index or part of its name (none: no MIDI input)"

@@ -1,6 +1,6 @@
 """``ukrt presets``: the guitars there are; with a name, that guitar as TOML which ``--preset`` loads again."""
 
-from .common import UsageError, add_set_option, load_guitar
+from .common import UsageError, add_command, add_set_option, load_guitar
 
 _EPILOG = """\
 examples:
@@ -12,9 +12,7 @@ examples:
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    parser = commands.add_parser(
-        "presets", help="list the guitars, or print one as TOML", description=__doc__, epilog=_EPILOG
-    )
+    parser = add_command(commands, "presets", "list the guitars, or print one as TOML that can be loaded", _EPILOG)
     parser.add_argument("preset", nargs="?", metavar="NAME|FILE", help="print this one as TOML that can be loaded")
     add_set_option(parser, "change one value before printing")
     parser.set_defaults(run=run)
@@ -22,7 +20,8 @@ def add_parser(commands):
 
 def run(args):
     """List or print."""
-    from ..model.presets import dump_preset, load_preset, preset_names
+    from ..model.preset_text import dump_preset
+    from ..model.presets import load_preset, preset_names
 
     if args.preset is not None:
         print(dump_preset(load_guitar(args)), end="")

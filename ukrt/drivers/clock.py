@@ -1,8 +1,9 @@
-"""Which frame is now: the engine's block-wise frame counter and the computer's clock enter, a smooth frame number leaves.
+"""Which frame is now: the engine's block-wise frame counter and the computer's clock enter, a smooth number leaves.
 
-The engine's next frame jumps by a block at every callback. The jumps lie on a straight line in time apart from lateness,
-so the earliest of them give the line: ``frame = now * rate + offset`` with the largest offset seen. An event stamped with
-it is played one block after its arrival at most, and always the same time after, wherever in the block it came.
+The engine's next frame jumps by a block at every callback. The jumps lie on a straight line in time apart from
+lateness, so the earliest of them give the line: ``frame = now * rate + offset`` with the largest offset seen. An event
+stamped with it is played one block after its arrival at most, and always the same time after, wherever in the block it
+came.
 """
 
 import time

@@ -1,8 +1,8 @@
-"""The one thread that writes into the engine's message queue: MIDI input and a piece enter, frame-stamped messages leave.
+"""The one thread that writes into the engine's message queue: MIDI input and a piece enter, stamped messages leave.
 
-The queue has a single writer by design. Messages of a piece go in a little ahead with their exact frames; messages of a
-keyboard go in on arrival, stamped with the frame that is now plus a constant, so that neither the grid of blocks nor the
-moods of this thread reach the ear.
+The queue has a single writer by design. Messages of a piece go in a little ahead with their exact frames; messages of
+a keyboard go in on arrival, stamped with the frame that is now plus a constant, so that neither the grid of blocks nor
+the moods of this thread reach the ear.
 """
 
 import threading
@@ -12,8 +12,8 @@ from .clock import FrameClock
 
 _POLL_SECONDS = 0.001
 _MARGIN_SECONDS = 0.002  # constant delay of arriving messages: twice the polling interval, so that none comes too late
-_AHEAD_SECONDS = 0.25  # how far ahead a piece is sent; near, where a keyboard plays as well and would have to wait for it
-_AHEAD_WITH_INPUT_SECONDS = 0.01
+_AHEAD_SECONDS = 0.25  # how far ahead a piece is sent
+_AHEAD_WITH_INPUT_SECONDS = 0.01  # nearer where a keyboard plays as well, whose messages go in behind the piece's
 _START_SECONDS = 0.1  # silence before a piece's first frame, so that it is sent in time
 
 

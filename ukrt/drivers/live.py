@@ -8,7 +8,7 @@ import time
 
 from ..errors import DeviceError
 
-_STALL_SECONDS = 5.0  # an output that has not asked for a block in this time is dead (suspend and dead servers say nothing)
+_STALL_SECONDS = 5.0  # an output that asks for no block in this time is dead: suspend and dead servers say nothing
 _QUIET_RATIO = 1e-6  # energy after a piece relative to its largest: -60 dB
 
 

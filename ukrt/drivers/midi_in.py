@@ -1,7 +1,7 @@
 """MIDI inputs through RtMidi: a port enters, the messages that have arrived leave when asked for.
 
-RtMidi's queue is polled and never its Python callback used: on JACK that callback runs in the server's own thread, where
-it waits for the interpreter and loses messages.
+RtMidi's queue is polled and never its Python callback used: on JACK that callback runs in the server's own thread,
+where it waits for the interpreter and loses messages.
 """
 
 from dataclasses import dataclass
@@ -85,7 +85,5 @@ def _rtmidi():
     try:
         import rtmidi
     except ImportError as error:
-        raise MissingExtraError(
-            "MIDI input needs python-rtmidi, which is missing: pip install 'ukrt[live]'"
-        ) from error
+        raise MissingExtraError("MIDI input needs python-rtmidi, which is missing: pip install 'ukrt[live]'") from error
     return rtmidi

@@ -1,0 +1,184 @@
+"""``ukrt render``: a MIDI file becomes an audio file."""
+
+import json
+import os
+import pathlib
+import sys
+
+from .common import (
+    UsageError,
+    add_block_option,
+    add_command,
+    add_guitar_options,
+    add_rate_option,
+    clock_time,
+    load_guitar,
+    make_console,
+    make_engine,
+    number,
+    say,
+)
+
+_EPILOG = """\
+examples:
+  ukrt render song.mid                            song.wav, 48 kHz, 24 bit
+  ukrt render song.mid -o song.flac --rate 96000
+  ukrt render song.mid --preset drop-d --set pluck.place=0.8
+  ukrt render song.mid --signal strings --bits 32f -o strings.wav
+  ukrt render song.mid --report song.json         which string and fret each note took
+"""
+
+
+def add_parser(commands):
+    """Add the subcommand to the parser."""
+    parser = add_command(commands, "render", "turn a MIDI file into an audio file", _EPILOG)
+    parser.add_argument("midi", metavar="IN.mid", help="MIDI file, format 0, 1 or 2")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT.wav",
+        help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it)",
+    )
+    add_guitar_options(parser)
+    add_rate_option(parser, 48000, "default: %(default)s")
+    add_block_option(parser, 512, "default: %(default)s")
+    parser.add_argument(
+        "--bits", choices=("16", "24", "32f"), default="24", help="sample format, 32f is float (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--signal",
+        choices=("pressure", "bridge-force", "strings"),
+        default="pressure",
+        help="stereo sound, the force on the bridge, or each string's share of it in a channel (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--gain",
+        type=number("dB", -200, 200),
+        default=0.0,
+        metavar="DB",
+        help="louder or softer by this, on top of the preset's gain; full scale is 1 Pa or 1 N times the gain",
+    )
+    parser.add_argument("--normalize", action="store_true", help="put the peak at -1 dBFS, whatever it was")
+    parser.add_argument(
+        "--tail-db",
+        type=number("dB", -200, -1),
+        default=-60.0,
+        metavar="DB",
+        help="end when this little energy is left after the last event, 30 s after it at most (default: %(default)g)",
+    )
+    parser.add_argument(
+        "--max-minutes",
+        type=number("minutes", 0, 1e6),
+        default=120.0,
+        metavar="MIN",
+        help="refuse longer music (default: %(default)g)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace the output file if it exists, without -o as well")
+    parser.add_argument("--report", metavar="FILE.json", help="write what happened to each note as JSON")
+    parser.set_defaults(run=run)
+
+
+def run(args):
+    """Render and tell what came of it."""
+    target, report_path = _target(args), _report_path(args)
+    guitar = load_guitar(args)
+    from ..render import render_file
+
+    with _progress() as progress:
+        report = render_file(
+            args.midi,
+            target,
+            guitar,
+            bits=args.bits,
+            overwrite=args.force or args.output is not None,
+            sample_rate=args.rate,
+            block_size=args.block,
+            signal=args.signal,
+            gain_db=args.gain,
+            normalize=args.normalize,
+            tail_db=args.tail_db,
+            max_minutes=args.max_minutes,
+            progress=progress,
+            engine_factory=make_engine,
+        )
+    if report_path:
+        _write_report(report_path, report)
+    for warning in report["warnings"]:
+        say(f"{args.midi}: {warning}")
+    print(_summary(target, report))
+    return 0
+
+
+def _target(args):
+    """Where the sound goes; refuses what would overwrite something that was not named."""
+    midi = pathlib.Path(args.midi)
+    target = pathlib.Path(args.output) if args.output else midi.with_suffix(".wav")
+    if target.exists():
+        if midi.exists() and os.path.samefile(midi, target):
+            raise UsageError(f"{target} is the input itself; name another file with -o")
+        if not (args.force or args.output):
+            raise UsageError(f"{target} exists already; replace it with --force, or name a file with -o")
+    return target
+
+
+def _report_path(args):
+    """Where the report goes, refused before any sound is computed if it cannot be written there."""
+    if args.report is None:
+        return None
+    path = pathlib.Path(args.report)
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise UsageError(f"--report {path}: is a folder or in none that exists, a file name is needed")
+    return path
+
+
+def _write_report(path, report):
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise UsageError(f"--report {path}: cannot be written ({error.strerror}), a writable file is needed") from None
+
+
+class _progress:
+    """A progress bar on a terminal, nothing elsewhere; gives the callback for `render_file`."""
+
+    def __enter__(self):
+        if not sys.stderr.isatty():
+            return None
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.fields[words]}"), BarColumn(), TimeRemainingColumn())
+        self._bar = Progress(*columns, console=make_console(), transient=True)
+        task = self._bar.add_task("", total=None, words="preparing")
+        self._bar.start()
+
+        def show(done_s, total_s):
+            words = f"{clock_time(done_s)} of {clock_time(total_s)}"
+            self._bar.update(task, completed=done_s, total=total_s, words=words)
+
+        return show
+
+    def __exit__(self, *_):
+        if bar := getattr(self, "_bar", None):
+            bar.stop()
+
+
+def _summary(target, report):
+    """The summary, in words."""
+    notes, dropped, stolen = (report[f"notes_{kind}"] for kind in ("total", "dropped", "stolen"))
+    peak, speed = report["peak_dbfs"], report["times_real_time"]
+    lines = [
+        f"{target}: {clock_time(report['duration_s'])}, {report['sample_rate']:.0f} Hz, "
+        f"{report['channels']} channel{'s' if report['channels'] > 1 else ''}, {report['bits']} bit",
+        f"  notes           {notes}, dropped {dropped}, cut short for another note {stolen}",
+        f"  peak            {'silence' if peak is None else f'{peak:.1f} dBFS'}",
+    ]
+    if speed is not None:
+        lines.append(f"  times real time {speed:.1f}")
+    if report["clipped_samples"]:
+        lines.append(
+            f"  clipped         {report['clipped_samples']} samples beyond full scale; lower --gain, or --bits 32f"
+        )
+    return "\n".join(lines)
