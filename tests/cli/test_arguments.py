@@ -63,7 +63,7 @@ def test_render_has_every_promised_option(capsys):
         ((), "COMMAND"),
         (("rendr",), "rendr"),
         (("render",), "IN.mid"),
-        (("render", "a.mid", "--rate", "fast"), "'fast' is not a whole number from 8000 to 384000 Hz"),
+        (("render", "a.mid", "--rate", "fast"), "'fast' is not a whole number from 44100 to 192000 Hz"),
         (("render", "a.mid", "--rate", "nan"), "'nan' is not a whole number"),
         (("render", "a.mid", "--block", "8193"), "'8193' is not a whole number from 1 to 8192 frames"),
         (("render", "a.mid", "--bits", "8"), "--bits"),

@@ -7,9 +7,6 @@ import sys
 
 from ..errors import UkrtError
 
-RATES = (44100, 48000, 88200, 96000, 192000)
-
-
 class UsageError(UkrtError):
     """The arguments do not fit together; the message says what would."""
 
@@ -84,10 +81,10 @@ def add_rate_option(parser, default, words):
     """``--rate``."""
     parser.add_argument(
         "--rate",
-        type=number("Hz", 8000, 384000, whole=True),
+        type=number("Hz", 44100, 192000, whole=True),
         default=default,
         metavar="HZ",
-        help=f"sample rate; made for {', '.join(map(str, RATES))} ({words})",
+        help=f"sample rate, 44100 to 192000 ({words})",
     )
 
 
