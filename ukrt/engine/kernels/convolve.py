@@ -1,10 +1,11 @@
 """Streaming convolution without delay: force at the two ends of the bridge in, pressure left and right out (Eq. 51).
 
 Four responses. The first 64 taps run as a direct sum per sample; the rest by FFT in partitions of three sizes
-(`convolve_layout`), one input transform for both outputs and one inverse for both inputs. Whenever a block of 64 frames,
-counted from absolute frame 0, is complete, the convolver does that block's share of all levels' work: the same amount in
-every block, in an order that depends on frame numbers only, so that the host's block size changes no bit. Frames must follow
-one another without gaps between two resets. What is not finite in the input leaves the output again after the response's length.
+(`convolve_layout`), one input transform for both outputs and one inverse for both inputs. Whenever a block of 64
+frames, counted from absolute frame 0, is complete, the convolver does that block's share of all levels' work: the same
+amount in every block, in an order that depends on frame numbers only, so that the host's block size changes no bit.
+Frames must follow one another without gaps between two resets. What is not finite in the input leaves the output again
+once it has passed through the response.
 """
 
 import numpy as np
@@ -97,12 +98,12 @@ def convolver_prepare(ir, v, vi):
 
 
 def _spectra(taps, size):
-    """Spectra of partitions (n, size, 2, 2) as the products want them: by tile, partition, input, output, real/imaginary."""
+    """Spectra of partitions (n, size, 2, 2) as the products want them: by tile, partition, input, output, part."""
     turn = np.exp(0.5j * np.pi / size * np.arange(size))
     bins = np.rint((fft_angles(size) - 0.5 * np.pi / size) * size / (2 * np.pi)).astype(int) % size
     result = np.empty((size // 8, len(taps), 2, 2, 2, 8))
     for number, partition in enumerate(taps):
-        spectrum = np.fft.ifft(partition * turn[:, None, None], axis=0)[bins]  # 1/size is what the inverse leaves to do
+        spectrum = np.fft.ifft(partition * turn[:, None, None], axis=0)[bins]  # with the 1/size of our inverse
         tiles = spectrum.reshape(-1, 8, 2, 2).transpose(0, 2, 3, 1)
         result[:, number, :, :, 0], result[:, number, :, :, 1] = tiles.real, tiles.imag
     return result.ravel()
@@ -178,7 +179,7 @@ def _finish_block(v, vi, frame):
 def convolve_chunk(v, vi, frame0, n, inp, in0, out, out0):
     """Convolve ``n`` frames from absolute frame ``frame0``, not across a multiple of 64.
 
-    Bass at ``inp[in0 + k]``, treble at ``inp[in0 + 64 + k]`` [N]; left to ``out[out0 + k]``, right to ``out[out0 + 64 + k]`` [Pa].
+    Bass at ``inp[in0 + k]``, treble at ``inp[in0 + 64 + k]`` [N]; left at ``out[out0 + k]``, right 64 further on [Pa].
     """
     start = frame0 & (BLOCK - 1)
     history, ring = vi[HISTORY], vi[IN_RING] + (frame0 & (vi[IN_LENGTH] - 1))

@@ -1,9 +1,10 @@
-"""How a convolver is laid out and what it does when: the number of taps in, offsets into ``v`` and ``vi`` and a programme out.
+"""How a convolver is laid out and what it does when: the number of taps in, offsets and a programme out.
 
-The response is cut into a head of 64 taps, run directly, and levels of equal partitions, run by FFT: from tap 64 partitions
-of 64, from tap 1024 of 512, from tap 8192 of 4096 (Gardner, J. Audio Eng. Soc. 43(3), 127-136, 1995). A level of size N has
-its input block complete at a frame t that is a multiple of N, and its result is first heard at t + N (the 64s: at t); so it
-has N / 64 blocks of 64 frames to work in, and here is written down, once, which share of which pass falls to which of them.
+The response is cut into a head of 64 taps, run directly, and levels of equal partitions, run by FFT: from tap 64
+partitions of 64, from tap 1024 of 512, from tap 8192 of 4096 (Gardner, J. Audio Eng. Soc. 43(3), 127-136, 1995). A
+level of size N has its input block complete at a frame t that is a multiple of N, and its result is first heard at
+t + N (the 64s: at t); so it has N / 64 blocks of 64 frames to work in, and here is written down, once, which share of
+which pass falls to which of them.
 """
 
 import dataclasses
@@ -13,7 +14,7 @@ from ukrt.engine.kernels.fft import fft_radices, fft_table_size
 BLOCK = 64
 SIZES = (64, 512, 4096)  # partitions of the levels [taps], each eight times the last
 STARTS = (64, 1024, 8192)  # first tap of each level: twice its size, but for the first
-MAX_TAPS = 400_000  # 2 s at 192 kHz and a little more
+MAX_TAPS = 400_000  # 2 s at 192 kHz, and some more
 RADIX = 8  # of the first pass of all three sizes
 
 # Header of vi: offsets into v, except where said otherwise
@@ -51,7 +52,7 @@ class Level:
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """Everything about a convolver that follows from the number of taps: ``header`` and records are what ``vi`` holds."""
+    """Everything about a convolver that follows from the number of taps; ``integers`` is what ``vi`` holds."""
 
     n_taps: int
     head: int
@@ -78,8 +79,10 @@ def make_plan(n_taps):
         raise ValueError(f"a convolver takes 1 to {MAX_TAPS} taps, not {n_taps}")
     ground = _Ground()
     ends = (*STARTS[1:], MAX_TAPS + SIZES[-1])
-    counts = [max(0, -(-(min(n_taps, end) - start) // size)) for size, start, end in zip(SIZES, STARTS, ends, strict=True)]
-    used = [(size, start, count) for size, start, count in zip(SIZES, STARTS, counts, strict=True) if count]
+    used = []
+    for size, start, end in zip(SIZES, STARTS, ends, strict=True):
+        if n_taps > start:
+            used.append((size, start, -(-(min(n_taps, end) - start) // size)))
     head = ground.take(4 * BLOCK)
     fixed = [(ground.take(fft_table_size(size)), ground.take(8 * size * count)) for size, _, count in used]
     state_start = ground.top

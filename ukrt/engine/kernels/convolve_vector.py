@@ -1,6 +1,6 @@
 """The two inner loops of the convolver as vector code: the direct head and the products of spectra.
 
-Enter offsets into the convolver's array, leave sums in it. Every sum has one order of its own, whatever the host's block.
+Enter offsets into the convolver's array, leave sums in it. Every sum has one order of its own, whatever the block.
 """
 
 from numba import types
@@ -54,8 +54,8 @@ def _product(v, inputs, spectra, result, count):
 def head_of_four(_context, v, window, responses, sums):
     """Four samples of both outputs (4 left, 4 right to ``sums``) from the 64 inputs that end with each of them.
 
-    ``window``: oldest bass input of the first sample (treble: HISTORY_LENGTH further on); ``responses``: bass to left, bass to
-    right, treble to left, treble to right, reversed in time.
+    ``window``: oldest bass input of the first sample (treble: HISTORY_LENGTH further on); ``responses``: bass to left,
+    bass to right, treble to left, treble to right, reversed in time.
     """
 
     def codegen(context, builder, signature, args):
@@ -67,12 +67,10 @@ def head_of_four(_context, v, window, responses, sums):
 
 @intrinsic
 def add_products(_context, v, inputs, spectra, result, count):
-    """Add to a tile of both outputs the products of ``count`` (at least 1) tiles of inputs and responses, one after another."""
+    """Add to a tile of both outputs the products of ``count`` (at least 1) tiles of inputs and responses in a row."""
 
     def codegen(context, builder, signature, args):
         _product(_vectors(context, builder, signature, args), *args[1:])
         return context.get_dummy_value()
 
     return types.void(v, *[types.int64] * 4), codegen
-
-

@@ -1,11 +1,11 @@
 """A real FFT for convolution: blocks of n real samples in, n complex values in an order of its own out, and back.
 
-It evaluates X(z) = sum x[k] z^k at the n roots of z^n = i (the "right-angle" transform). The product of two such spectra
-is the product of the polynomials modulo z^n - i: with real inputs its real part is the first half of their linear
-convolution and its imaginary part the second half. So n real samples need a complex transform of n points, no zero padding
-to 2n points, no untangling, no special first bin. Decimation by radix 8 in place, twiddles a table in the caller's array,
-every operation on vectors of eight doubles; forward and inverse agree on the permuted order, which `fft_angles` tells.
-Sizes: powers of two from 64.
+It evaluates X(z) = sum x[k] z^k at the n roots of z^n = i (the "right-angle" transform). The product of two such
+spectra is the product of the polynomials modulo z^n - i: with real inputs its real part is the first half of their
+linear convolution and its imaginary part the second half. So n real samples need a complex transform of n points, no
+zero padding to 2n points, no untangling, no special first bin. Decimation by radix 8 in place, twiddles a table in the
+caller's array, every operation on vectors of eight doubles; forward and inverse agree on the permuted order, which
+`fft_angles` tells. Sizes: powers of two from 64.
 
 A pass divides z^(rm) - e^(i t) into r factors z^m - e^(i u), u = t/r + 2 pi j/r, by layers of (a + w b, a - w b). The
 inverse carries no 1/n; put it into one of the factors of the product. Passes can be run in shares (units), so that a
@@ -39,7 +39,7 @@ LEAF = np.pi * np.array([0.0, 1.0, 0.5, 1.5, 0.25, 1.25, 0.75, 1.75])  # angles 
 def fft_radices(n):
     """Radices of the passes of a transform of ``n`` samples (tuple of int) without the last, which is always 8."""
     bits = int(n).bit_length() - 1
-    if n != 1 << bits or n < SMALLEST:
+    if n < SMALLEST or n != 1 << bits:
         raise ValueError(f"an FFT takes a power of two of at least {SMALLEST} samples, not {n}")
     first = (bits - 4) % 3 + 1
     return (1 << first,) + (8,) * ((bits - first - 3) // 3)
@@ -83,7 +83,7 @@ def fft_angles(n):
 # Passes, any share of one at a time --------------------------------------------------------------------------------
 @kernel
 def fft_first_pass(d, x, y, n, radix, table, start, stop):
-    """Units ``start`` to ``stop`` (of n / (8 radix)) of the first pass: n real samples at ``x``, complex points at ``y``."""
+    """Units ``start`` to ``stop`` (of n / 8 radix) of the first pass: n reals at ``x``, complex points at ``y``."""
     stride = n // radix
     for at in range(8 * start, 8 * stop, 8):
         if radix == 8:
@@ -96,7 +96,7 @@ def fft_first_pass(d, x, y, n, radix, table, start, stop):
 
 @kernel
 def fft_last_pass(d, x, y, second, n, radix, table, start, stop):
-    """Units of the inverse's last pass: points at ``x``; adds a convolution's first half to ``y``, its second to ``second``."""
+    """Units of the inverse's last pass: points at ``x``; adds the result's halves to ``y`` and ``second``."""
     stride = n // radix
     for at in range(8 * start, 8 * stop, 8):
         if radix == 8:
@@ -129,7 +129,7 @@ def fft_inverse_pass(d, x, n, stride, table, start, stop):
 
 @kernel
 def fft_to_tiles(d, x, y, n, stride, table, start, stop):
-    """Units (of n / 64) of the forward's last pass: points at ``x``; 8 real, 8 imaginary parts every ``stride`` at ``y``."""
+    """Units (of n / 64) of the forward's last pass: points at ``x`` to tiles, 8 real and 8 imaginary, at ``y``."""
     for unit in range(start, stop):
         to_tiles8(d, x + 64 * unit, y + 8 * stride * unit, n, 8, stride, table + 64 * unit)
 

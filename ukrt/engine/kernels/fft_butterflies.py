@@ -1,8 +1,8 @@
-"""The butterflies of the right-angle FFT as vector code: points and twiddles in, divided (forward) or joined (inverse) points out.
+"""The butterflies of the right-angle FFT as vector code: points and twiddles in, points divided or joined out.
 
-Each is a Numba intrinsic ``f(d, x, y, x_imag, y_imag, stride, table)``: offsets of the points read and written in ``d``, the
-distances of their imaginary parts, the distance between two points, and the offset of the twiddles; all in doubles, all vectors
-of eight on 64-byte boundaries. The equations are in `fft`.
+Each is a Numba intrinsic ``f(d, x, y, x_imag, y_imag, stride, table)``: offsets of the points read and written in
+``d``, the distances of their imaginary parts, the distance between two points, and the offset of the twiddles; all in
+doubles, all vectors of eight on 64-byte boundaries. The equations are in `fft`.
 """
 
 from llvmlite import ir
@@ -15,7 +15,7 @@ _TWO = ir.Constant(VECTOR, [2.0] * 8)
 
 
 def _divide(v, a, b, w, quarter):
-    """(a + w b, a - w b), w turned by i if ``quarter``; points are (real, imaginary), b's imaginary None where it is 0."""
+    """(a + w b, a - w b), w turned by i if ``quarter``; points are (real, imaginary), None for b's where it is 0."""
     real, imag = (v.neg(w[1]), w[0]) if quarter else w
     if b[1] is None:
         plus = v.fma(real, b[0], a[0]), v.mul(imag, b[0])
@@ -72,7 +72,7 @@ def _transpose(v, rows):
 
 
 class _Places:
-    """Points of a butterfly in memory: ``count`` vectors from ``at``, ``stride`` apart, imaginary parts ``to_imag`` on."""
+    """A butterfly's points in memory: ``count`` vectors from ``at``, ``stride`` apart, imaginary ``to_imag`` on."""
 
     def __init__(self, v, count, at, stride, to_imag):
         self.v = v
