@@ -85,10 +85,9 @@ class Performance:
         if due - first > SEND_LIMIT:  # the rest of those of this frame come one frame late
             due = first + SEND_LIMIT
             stop = max(int(self._frames[due - 1]), start) + 1
-        score = self.score
-        for k in range(first, due):
-            frame = max(int(self._frames[k]), start)
-            if not self.engine.send(frame, int(score.status[k]), int(score.data1[k]), int(score.data2[k])):
+        columns = (self._frames, self.score.status, self.score.data1, self.score.data2)
+        for frame, *message in zip(*(column[first:due].tolist() for column in columns), strict=True):
+            if not self.engine.send(max(frame, start), *message):
                 raise RuntimeError("the engine's message queue is full though it had been emptied")
         self._next = due
         began = time.perf_counter()
