@@ -1,7 +1,7 @@
 """Where the player keeps its numbers inside its sections of ``d`` and ``i``, and the constants of its rules.
 
-Offsets are absolute (the section's base is added here). Tables are filled once by ``ukrt.playing.player_tables``; the rest is
-the player's own state, cleared by ``player_reset``.
+Offsets are absolute (the section's base is added here). Tables are filled once by ``ukrt.playing.player_tables``; the
+rest is the player's own state, cleared by ``player_reset``.
 """
 
 from .layout import MAX_STRINGS, PLAYER_D, PLAYER_D_SIZE, PLAYER_I, PLAYER_I_SIZE
@@ -28,6 +28,7 @@ COST_YOUTH = 200  # for each string plucked longer ago than the one that is stol
 COST_SHIFT = 6  # for each fret the hand moves
 COST_SHIFT_ANY = 6  # for moving at all
 COST_FRET = 2  # for each fret up the neck
+COST_CROSSED = 8  # for each pair of notes of which the lower is on the higher string
 COST_BUSY = 3  # the string is just being damped
 BONUS_SAME = 20  # this string played this pitch last
 BONUS_REPEAT = 3000  # this string still sounds this very note
@@ -110,7 +111,7 @@ COUNTER_NAMES = (
     STRETCHES,
 ) = range(len(COUNTER_NAMES))
 
-# State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -------------------------
+# State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
 I_STATE = I_FOLD + 128  # first number that player_reset clears
 I_COUNTERS = I_STATE
 I_TAKEN_BACK = I_COUNTERS + NOTES_PLAYED  # from here on a chord's re-assignment takes back
@@ -177,7 +178,7 @@ X_REST = X_HIGH + ROW
 X_PICK = X_REST + ROW
 X_FREED = X_PICK + ROW  # 1: the string's note is replaced by a repeat of itself
 
-# Note log (i), a ring of LOG_CAPACITY -----------------------------------------------------------------------------------
+# Note log (i), a ring of LOG_CAPACITY --------------------------------------------------------------------------------
 I_LOG = X_FREED + ROW
 L_FRAME = I_LOG + 0 * LOG_CAPACITY
 L_END = I_LOG + 1 * LOG_CAPACITY  # frame, -1: rings
@@ -192,4 +193,4 @@ FATE_NAMES = ("played", "stolen", "repeated", "silenced", "dropped", "percussion
 PLAYED, STOLEN, REPEATED, SILENCED, DROPPED, PERCUSSION = range(len(FATE_NAMES))
 
 if D_END - PLAYER_D > PLAYER_D_SIZE or I_END - PLAYER_I > PLAYER_I_SIZE:
-    raise ImportError(f"the player needs {D_END - PLAYER_D} float64 and {I_END - PLAYER_I} int64, more than layout.py gives it")
+    raise ImportError(f"the player needs {D_END - PLAYER_D} float64 and {I_END - PLAYER_I} int64, layout.py gives less")

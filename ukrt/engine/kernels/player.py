@@ -1,6 +1,7 @@
 """The guitarist: MIDI messages enter, each at its frame, and gestures on the strings' timeline leave.
 
-A note-on at frame e begins its pluck at e and lets the string go at e + LEAD; note-offs and bends act LEAD frames late, too.
+A note-on at frame e begins its pluck at e and lets the string go at e + LEAD; note-offs and bends act LEAD frames late,
+too.
 The rules are written down for musicians in ``ukrt/playing/README.md``. Any three bytes at any time are a legal input.
 """
 
@@ -126,7 +127,7 @@ def _system(d, i, frame, status):
 
 @kernel
 def _changes_chord(kind, data1):
-    """Whether a message can change what is best for the chord of its frame: notes, the pedal (CC64, and CC121 lifts it)."""
+    """Whether a message can change what is best for the chord of its frame: notes and the pedal (CC64, CC121)."""
     return kind == NOTE_ON or kind == NOTE_OFF or (kind == CONTROL and (data1 == PEDAL or data1 == RESET))
 
 

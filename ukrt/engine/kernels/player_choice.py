@@ -2,8 +2,9 @@
 
 Enter the chord (rows G_*) and what every string is doing; leaves G_STRING. Which notes get a string at all is found by
 augmenting paths (bipartite matching), so a note is dropped only if no assignment whatever could play it too. Where too
-many notes want too few strings, the highest and the lowest note go first, then the others from the top down. Among the
-assignments of those notes a depth-first search with bounds takes the cheapest, looking at SEARCH_NODES at most.
+many notes want too few strings, the highest and the lowest note go first, then the others from the top down; a note
+that is out of its octave anyway then tries another one. Among the assignments of the notes that can be played a
+depth-first search with bounds takes the cheapest, looking at SEARCH_NODES at most.
 """
 
 from ukrt.engine import player_layout as at
@@ -48,9 +49,12 @@ def fill_costs(i):
 
 @kernel
 def _more_important(i, a, b):
-    """Whether inner note ``a`` comes before ``b``: the higher first, of equals the earlier."""
-    pitch_a, pitch_b = i[at.G_PITCH + a], i[at.G_PITCH + b]
-    return pitch_a > pitch_b or (pitch_a == pitch_b and a < b)
+    """Whether note ``a`` comes before ``b``: the higher, of equals the one at its own octave, then the earlier."""
+    pitch = i[at.G_PITCH + a]
+    if pitch != i[at.G_PITCH + b]:
+        return pitch > i[at.G_PITCH + b]
+    folded_a, folded_b = i[at.G_KEY + a] != pitch, i[at.G_KEY + b] != pitch
+    return folded_b if folded_a != folded_b else a < b
 
 
 @kernel
@@ -72,7 +76,7 @@ def order_notes(i):
 
 @kernel
 def _augment(i, note):
-    """Give ``note`` a string too, moving notes already placed along a path if need be; returns whether it could be done."""
+    """Give ``note`` a string too, moving others along a path if need be; returns whether it could be done."""
     strings = i[at.I_STRINGS]
     for s in range(strings):
         i[at.X_PARENT + s] = -1
@@ -128,7 +132,7 @@ def _untake(i, note):
 
 @kernel
 def _prepare_search(i, placed):
-    """Remember the assignment found by matching (X_PICK), clear the strings, and bound from below what notes still cost.
+    """Remember the matching's assignment (X_PICK), clear the strings, and bound from below what notes still cost.
 
     Returns the cost of the remembered assignment.
     """
@@ -151,7 +155,7 @@ def _prepare_search(i, placed):
 
 @kernel
 def _bound(i, k, points, low, high):
-    """Least cost of any assignment that begins with ``k`` + 1 notes of ``points`` whose stopped frets span low to high."""
+    """Least cost of an assignment whose first ``k`` + 1 notes make ``points`` and are stopped between low and high."""
     excess = max(0, high - low + 1 - i[at.I_SPAN])
     return points + i[at.X_REST + k + 1] + at.COST_STRETCH * excess + shift_cost(i[at.I_HAND], low, high, i[at.I_SPAN])
 
@@ -195,11 +199,29 @@ def search(i, placed):
 
 
 @kernel
+def _fold_further(i):
+    """Move a dropped note that is out of its octave by one octave more; returns whether there was one to move."""
+    for note in range(i[at.G_COUNT]):
+        pitch = i[at.G_PITCH + note]
+        if i[at.G_STRING + note] >= 0 or pitch == i[at.G_KEY + note]:
+            continue
+        further = pitch + 12 if pitch > i[at.G_KEY + note] else pitch - 12
+        if 0 <= further < 128 and i[at.I_FOLD + further] == further:
+            i[at.G_PITCH + note] = further
+            return True
+    return False
+
+
+@kernel
 def choose_strings(i):
-    """Strings for the notes of the chord, into G_STRING (-1: dropped) and X_TAKER; returns how many notes got one."""
-    fill_costs(i)
-    order_notes(i)
-    placed = match_notes(i)
+    """Strings for the notes of the chord into G_STRING (-1: dropped) and X_TAKER, pitches to play into G_PITCH."""
+    for note in range(i[at.G_COUNT]):
+        i[at.G_PITCH + note] = i[at.I_FOLD + i[at.G_KEY + note]]
+    for _ in range(at.MAX_GROUP):
+        fill_costs(i)
+        order_notes(i)
+        placed = match_notes(i)
+        if placed == i[at.G_COUNT] or not _fold_further(i):
+            break
     if placed > 0:
         search(i, placed)
-    return placed

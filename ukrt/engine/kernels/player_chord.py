@@ -1,9 +1,9 @@
-"""The chord of the present frame: its notes are weighed together, and what was decided is taken back when another arrives.
+"""The chord of the present frame: its notes are weighed together; what was decided is taken back when another arrives.
 
-Messages come one by one, so each note of a chord is played as if it were the last. When another message of the same frame
-changes the ground (a note-on, a note-off, the pedal), the plucks, none of which has been carried out yet, are withdrawn and
-the state before the chord is brought back (``recall_chord``), the message takes effect, and all is decided again
-(``play_chord``). The result is the same in whichever order the messages of one frame arrive.
+Messages come one by one, so each note of a chord is played as if it were the last. When another message of the same
+frame changes the ground (a note-on, a note-off, the pedal), the plucks, none of which has been carried out yet, are
+withdrawn and the state before the chord is brought back (``recall_chord``), the message takes effect, and all is
+decided again (``play_chord``). So notes of one frame may come in any order.
 """
 
 from ukrt.engine import gestures as do
@@ -18,7 +18,7 @@ from ukrt.engine.kernels.timeline import timeline_cancel
 
 @kernel
 def chord_open(d, i, frame):
-    """Whether a chord has begun at ``frame`` and can still be decided anew; its first pluck is withdrawn to find out."""
+    """Whether a chord has begun at ``frame`` and can be decided anew; its first pluck is withdrawn to find out."""
     if i[at.G_COUNT] == 0 or i[at.G_FRAME] != frame:
         return False
     for note in range(i[at.G_COUNT]):

@@ -17,12 +17,13 @@ SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
 
 @kernel
 def follow_bend(d, i, frame, channel):
-    """Work out the channel's tension ratio and bring its sounding strings to it."""
-    cents = i[at.C_BEND + channel] * i[at.C_RANGE + channel] / 8192.0
-    if abs(cents) > at.MAX_BEND_CENTS:
-        cents = at.MAX_BEND_CENTS if cents > 0.0 else -at.MAX_BEND_CENTS
-        count(i, at.BENDS_LIMITED)
+    """Work out the channel's tension ratio and, if it has changed, bring its sounding strings to it."""
+    wanted = i[at.C_BEND + channel] * i[at.C_RANGE + channel] / 8192.0
+    cents = max(-at.MAX_BEND_CENTS, min(at.MAX_BEND_CENTS, wanted))
     ratio = 2.0 ** (cents / 600.0)  # frequency goes with the root of the tension
+    if d[at.D_BEND + channel] == ratio:
+        return
+    count(i, at.BENDS_LIMITED, 1 if cents != wanted else 0)
     d[at.D_BEND + channel] = ratio
     for s in range(i[at.I_STRINGS]):
         sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
@@ -86,7 +87,7 @@ def notes_off(d, i, frame, channel):
 
 @kernel
 def sound_off(d, i, frame, channel):
-    """CC120: the channel's strings, and those that sound with no note of their own, are damped at once, pedal or not."""
+    """CC120: the channel's strings, and those that sound without a note, are damped at once, pedal or not."""
     close_chord(i)
     _forget_owed(i, channel)
     for s in range(i[at.I_STRINGS]):

@@ -1,4 +1,4 @@
-"""What the left hand can do: given stopped frets, the position it takes, and the points that moving and stretching cost.
+"""What the left hand can do: the position it takes for given frets, and the points that moving and stretching cost.
 
 The hand stands at the fret under its index finger and covers ``span`` frets from there. Open strings ask nothing of it.
 """
@@ -9,7 +9,7 @@ from ukrt.engine.kernels.jit import kernel
 
 @kernel
 def hand_moved(hand, low, high, span):
-    """The position nearest to ``hand`` that covers frets ``low`` to ``high`` (at ``low`` where it cannot cover both)."""
+    """The position nearest to ``hand`` that covers frets ``low`` to ``high`` (``low`` where it cannot cover both)."""
     least = max(1, high - span + 1)
     if least > low or hand > low:
         return low
@@ -75,15 +75,37 @@ def choice_strain(i):
 
 
 @kernel
+def _sounds(i, s):
+    """The pitch string ``s`` will sound if the assignment in X_TAKER is played, -1: none."""
+    note = i[at.X_TAKER + s]
+    if note >= 0:
+        return i[at.G_PITCH + note]
+    held = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
+    return i[at.S_PITCH + s] if held and i[at.X_FREED + s] == 0 else -1
+
+
+@kernel
+def _crossings(i):
+    """Pairs of notes that sound together with the lower one on the higher string."""
+    pairs = 0
+    for s in range(i[at.I_STRINGS]):
+        pitch = _sounds(i, s)
+        for lower in range(s if pitch >= 0 else 0):
+            pairs += 1 if _sounds(i, lower) > pitch else 0
+    return pairs
+
+
+@kernel
 def hand_cost(i):
-    """Points of the assignment in X_TAKER for stretching and for moving the hand."""
+    """Points of the assignment in X_TAKER for stretching, for moving the hand and for crossed voices."""
     tension, low, high, new_low, new_high = choice_strain(i)
+    points = at.COST_STRETCH * tension + at.COST_CROSSED * _crossings(i)
     if new_high < 1:
-        return at.COST_STRETCH * tension
+        return points
     span = i[at.I_SPAN]
     if high - low + 1 > span:
         low, high = new_low, new_high
-    return at.COST_STRETCH * tension + shift_cost(i[at.I_HAND], low, high, span)
+    return points + shift_cost(i[at.I_HAND], low, high, span)
 
 
 @kernel

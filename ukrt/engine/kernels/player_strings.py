@@ -1,7 +1,7 @@
 """One string in the player's hands: starting a note on it, ending one, and its tension, as gestures on the timeline.
 
-The player remembers what it has asked for (S_FINGER, S_DAMP, S_LIFT, S_UNDAMP); whether a gesture has been carried out it
-learns by cancelling it: a gesture that can no longer be cancelled has happened.
+The player remembers what it has asked for (S_FINGER, S_DAMP, S_LIFT, S_UNDAMP); whether a gesture has been carried out
+it learns by cancelling it: a gesture that can no longer be cancelled has happened.
 """
 
 from ukrt.engine import gestures as do
@@ -100,8 +100,8 @@ def restore_ending(d, i, s, frame):
 
 @kernel
 def damp_string(d, i, s, now, frame, ramp):
-    """The damper comes down at ``frame`` (after ``now``, or now); when the string is at rest the finger lifts, and the damper
-    too where strings idle open."""
+    """The damper comes down at ``frame`` (``now`` or later); when the string is at rest the finger lifts, then, where
+    strings idle open, the damper."""
     on = _cancel_ending(d, i, s, now + 1) == 2
     lifting = frame + i[at.I_SETTLE]
     if not on:
