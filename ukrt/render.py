@@ -22,6 +22,7 @@ from ukrt.errors import AudioFileError, ParameterError
 
 NORMALIZED_DB = -1.0
 MAX_BLOCK = 8192
+MAX_RESPONSE_SECONDS = 2.0
 SIGNALS = ("pressure", "bridge-force", "strings")
 
 
@@ -239,8 +240,11 @@ def _engine(guitar, sample_rate, signal):
 
 
 def _response_frames(engine, signal):
-    """Length of the impulse response through which ``signal`` is heard; forces are heard at once."""
-    return int(engine.response_frames) if signal == "pressure" else 0
+    """Frames for which ``signal`` is still heard after its cause: forces not at all, pressure through the impulse
+    response (the longest there may be, where the engine does not say)."""
+    if signal != "pressure":
+        return 0
+    return int(getattr(engine, "response_frames", round(MAX_RESPONSE_SECONDS * engine.sample_rate)))
 
 
 def _report(score, performance, meter, guitar, signal, gain_db):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import smf
 import soundfile
-from fake_engine import FakeEngine, Guitar
+from exact_engine import ExactEngine, Guitar
 
 from ukrt.drivers import offline
 from ukrt.errors import AudioFileError, MidiFileError, ParameterError
@@ -19,7 +19,7 @@ END = smf.end_of_track()
 
 
 class Stage:
-    """Writes a song and renders it on a fake engine, which stays at hand as ``engine``."""
+    """Writes a song and renders it on an exact engine, which stays at hand as ``engine``."""
 
     def __init__(self, folder):
         self.path = folder / "song.mid"
@@ -29,7 +29,7 @@ class Stage:
         self.path.write_bytes(smf.file(body))
 
         def make(guitar, sample_rate, signal):
-            self.engine = FakeEngine(guitar, sample_rate, signal, **(engine or {}))
+            self.engine = ExactEngine(guitar, sample_rate, signal, **(engine or {}))
             return self.engine
 
         options.setdefault("preset", Guitar())
@@ -101,7 +101,7 @@ def test_a_flood_of_messages_is_sent_in_portions_none_of_them_lost(stage):
 
 
 def test_the_log_of_a_long_piece_is_complete(stage, monkeypatch):
-    monkeypatch.setattr(FakeEngine, "LOG", 300)
+    monkeypatch.setattr(ExactEngine, "LOG", 300)
     monkeypatch.setattr(offline, "SEND_LIMIT", 256)
     keys = [40 + k % 40 for k in range(1000)]
     body = b"".join(smf.note(key, 100, 2) for key in keys) + END

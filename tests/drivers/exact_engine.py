@@ -12,11 +12,11 @@ class Radiation:
 
 @dataclasses.dataclass(frozen=True)
 class Guitar:
-    name: str = "fake"
+    name: str = "exact"
     radiation: Radiation = Radiation()
 
 
-class FakeEngine:
+class ExactEngine:
     """Note-ons sound ``amplitude * exp(-(n - release) / decay_frames)`` from their release on; energy is its square.
 
     The queue and the log are as small as an engine may have them; misuse raises.
