@@ -66,8 +66,8 @@ S_PLUCK_W = 112  # A G phi at the pluck: PORTS
 STRING_I_SIZE = 32
 (
     SI_TILE, SI_TILES, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH, SI_LAND_AT, SI_LAND_LENGTH,
-    SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT, SI_TENSION_LENGTH, SI_NOTE,
-) = range(17)  # fmt: skip
+    SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT, SI_TENSION_LENGTH, SI_NOTE, SI_END, SI_EXTRA,
+) = range(19)  # fmt: skip
 
 # One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -----------------
 CONTACT_SIZE = 8
@@ -113,7 +113,7 @@ _D, D_SIZE = _sections(
         "CONTACTS": 2 * MAX_CONTACTS * CONTACT_SIZE,  # the finger's, then the damper's
         "SCRATCH": 4096,
         "BRIDGE": 2 * CHUNK,  # force on the body at the bass end, then the treble end [N]
-        "STRINGS_OUT": LANES * CHUNK,  # each string's force on the body [N]
+        "STRINGS_OUT": CHUNK * LANES,  # each string's force on the body [N], sample by sample
         "PRESSURE": 2 * CHUNK,
         "GESTURES": MAX_GESTURES * 5,
         "METER": 64,  # work and counts kept in double precision

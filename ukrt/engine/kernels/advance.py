@@ -14,21 +14,20 @@ from ukrt.engine.kernels.sweep import sweep_string
 @kernel
 def advance(d, i, n_samples):
     """Advance everything by ``n_samples``; forces in newtons to BRIDGE (bass, then treble) and STRINGS_OUT."""
-    n_strings, n_groups, body_vectors = i[at.H_STRINGS], i[at.H_GROUPS], i[at.H_BODY]
+    n_strings, body_vectors = i[at.H_STRINGS], i[at.H_BODY]
     for k in range(n_samples):
         if i[at.H_BUSY]:
             begin_sample(d, i)
-        solve_constraints(d, n_groups, i[at.H_PORTS], body_vectors)
+        solve_constraints(d, n_strings, i[at.H_PORTS], body_vectors)
         if i[at.H_BUSY]:
             push_strings(d, i)
         treble = d[at.PAIR + P_PUSH + 1]
         d[at.BRIDGE + k] = d[at.PAIR + P_PUSH] - treble
         d[at.BRIDGE + at.CHUNK + k] = treble
+        for s in range(at.LANES):
+            d[at.STRINGS_OUT + k * at.LANES + s] = -d[at.LAM_Y + s]
         for s in range(n_strings):
-            d[at.STRINGS_OUT + s * at.CHUNK + k] = -d[at.LAM_Y + s]
             own_i = at.STRING_I + s * at.STRING_I_SIZE
-            first = i[own_i + at.SI_TILE]
-            n_extra = i[own_i + at.SI_FINGER] + i[own_i + at.SI_DAMPER] + i[own_i + at.SI_PLUCK]
-            sweep_string(d, first, first + i[own_i + at.SI_TILES], s, n_extra)
+            sweep_string(d, i[own_i + at.SI_TILE], i[own_i + at.SI_END], s, i[own_i + at.SI_EXTRA])
         if i[at.H_BUSY]:
             end_sample(d, i)

@@ -99,26 +99,26 @@ class Vectors:
         return self.builder.fdiv(ir.Constant(x.type, [1.0] * 8), x)
 
     def fold(self, rows):
-        """Add up eight vectors: element s of the result holds the lower half's sum of row s, and of the upper half's.
+        """Add up the halves of an even number of vectors, at most eight.
 
-        Returns two vectors: the sums of elements 0-3 of each row, and those of elements 4-7.
+        Returns two vectors: element s holds the sum of elements 0-3 of row s, and of elements 4-7; the rest are 0.
         """
+        rows = rows + [ZERO] * (-len(rows) % 4)
         even, odd = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
         low, high = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
-        twos = [
-            self.add(self.shuffle(a, b, even), self.shuffle(a, b, odd)) for a, b in zip(rows[::2], rows[1::2], strict=True)
-        ]
-        fours = [
-            self.add(self.shuffle(a, b, low), self.shuffle(a, b, high)) for a, b in zip(twos[::2], twos[1::2], strict=True)
-        ]
+        pairs = zip(rows[::2], rows[1::2], strict=True)
+        twos = [ZERO if a is ZERO else self.add(self.shuffle(a, b, even), self.shuffle(a, b, odd)) for a, b in pairs]
+        pairs = zip(twos[::2], twos[1::2], strict=True)
+        fours = [self.add(self.shuffle(a, b, low), self.shuffle(a, b, high)) for a, b in pairs] + [ZERO]
         lower = self.shuffle(fours[0], fours[1], [0, 1, 2, 3, 8, 9, 10, 11])
         upper = self.shuffle(fours[0], fours[1], [4, 5, 6, 7, 12, 13, 14, 15])
         return lower, upper
 
     def total(self, vector):
         """The sum of the eight elements (a scalar)."""
-        lower, upper = self.fold([vector] + [ZERO] * 7)
-        return self.builder.extract_element(self.add(lower, upper), ir.Constant(ir.IntType(32), 0))
+        for order in ([4, 5, 6, 7, 0, 1, 2, 3], [2, 3, 0, 1, 4, 5, 6, 7], [1, 0, 2, 3, 4, 5, 6, 7]):
+            vector = self.add(vector, self.shuffle(vector, vector, order))
+        return self.builder.extract_element(vector, ir.Constant(ir.IntType(32), 0))
 
 
 class Loop:

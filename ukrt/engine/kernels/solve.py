@@ -21,12 +21,12 @@ T_M0, T_INVERSE = 4 * at.PORTS, 4 * at.PORTS + 1
 P_STIFF, P_FORCE, P_BODY, P_PUSH = 0, 3, 8, 10  # in PAIR: sums of C and of lambda_0; the bridge's place and slope; forces on them
 
 
-def _gather_sums(v, group, n_ports):
-    """Add up the partial sums of eight strings: e without offsets and u for both polarizations, h G h, h . q*."""
+def _gather_sums(v, group, n_ports, n_strings):
+    """Add up the partial sums of six or eight strings: e without offsets and u for both polarizations, h G h, h . q*."""
     start = v.builder.mul(group, v.index(64))
 
     def row(place):
-        return v.fold([v.load(v.at(start, at.ACC + place * at.ACC_STRIDE + 8 * s)) for s in range(8)])
+        return v.fold([v.load(v.at(start, at.ACC + place * at.ACC_STRIDE + 8 * s)) for s in range(n_strings)])
 
     moved = [row(2 * j) for j in range(n_ports)]
     pushed = [row(2 * j + 1) for j in range(n_ports)]
@@ -58,13 +58,13 @@ def _dot(v, first, second, start):
     return start
 
 
-def _make_local(n_ports):
+def _make_local(n_ports, n_strings):
     """Eliminate the contacts and the tension of eight strings; add their stiffness seen from the bridge to PAIR."""
 
     @vector_kernel(1)
     def local(v, group):
         lane = v.builder.mul(group, v.index(8))
-        moved, pushed, hh, hx = _gather_sums(v, group, n_ports)
+        moved, pushed, hh, hx = _gather_sums(v, group, n_ports, n_strings)
         e_y, e_z = (
             [moved[0][k]] + [_stretch(v, lane, j, moved[j][k], *arrays) for j in range(1, n_ports)]
             for k, arrays in enumerate(((at.FIN_Y1, at.LAND_Y), (at.FIN_Z1, at.LAND_Z)))
@@ -84,7 +84,7 @@ def _make_local(n_ports):
         force = v.neg(v.fma(v_y[0], m0, t_y[0]))
         along = v.load(v.at(lane, at.XI))
         moment = v.mul(stiff, along)
-        rows = [stiff, moment, v.mul(moment, along), force, v.mul(force, along), ZERO, ZERO, ZERO]
+        rows = [stiff, moment, v.mul(moment, along), force, v.mul(force, along), ZERO, ZERO]
         sums = v.add(*v.fold(rows))
         v.store(v.add(v.load(v.index(at.PAIR)), sums), v.index(at.PAIR))
 
@@ -130,24 +130,42 @@ def _move_finger(v, row, force, now, coming):
     v.store(v.fma(a, new, v.mul(b, old)), v.at(row, coming))
 
 
-_local1, _local2, _local3, _local4, _local5, _local6 = [_make_local(n + 1) for n in range(at.PORTS)]
+# Six strings, the usual guitar, are spared adding up the two that are not there.
+_six1, _six2, _six3, _six4, _six5, _six6 = [_make_local(n + 1, 6) for n in range(at.PORTS)]
+_eight1, _eight2, _eight3, _eight4, _eight5, _eight6 = [_make_local(n + 1, 8) for n in range(at.PORTS)]
 _apply1, _apply2, _apply3, _apply4, _apply5, _apply6 = [_make_apply(n + 1) for n in range(at.PORTS)]
 
 
 @kernel
-def _solve_strings(d, group, n_ports):
+def _solve_six(d, group, n_ports):
     if n_ports == 1:
-        _local1(d, group)
+        _six1(d, group)
     elif n_ports == 2:
-        _local2(d, group)
+        _six2(d, group)
     elif n_ports == 3:
-        _local3(d, group)
+        _six3(d, group)
     elif n_ports == 4:
-        _local4(d, group)
+        _six4(d, group)
     elif n_ports == 5:
-        _local5(d, group)
+        _six5(d, group)
     else:
-        _local6(d, group)
+        _six6(d, group)
+
+
+@kernel
+def _solve_eight(d, group, n_ports):
+    if n_ports == 1:
+        _eight1(d, group)
+    elif n_ports == 2:
+        _eight2(d, group)
+    elif n_ports == 3:
+        _eight3(d, group)
+    elif n_ports == 4:
+        _eight4(d, group)
+    elif n_ports == 5:
+        _eight5(d, group)
+    else:
+        _eight6(d, group)
 
 
 @kernel
@@ -204,12 +222,16 @@ def _solve_body(d):
 
 
 @kernel
-def solve_constraints(d, n_groups, n_ports, body_vectors):
+def solve_constraints(d, n_strings, n_ports, body_vectors):
     """All constraint forces of this sample; ``n_ports`` is the most that any string has, its bridge included."""
     for k in range(8):
         d[at.PAIR + k] = 0.0
-    for group in range(n_groups):
-        _solve_strings(d, group, n_ports)
+    n_groups = (n_strings + 7) // 8
+    if n_strings <= 6:
+        _solve_six(d, 0, n_ports)
+    else:
+        for group in range(n_groups):
+            _solve_eight(d, group, n_ports)
     _solve_body(d)
     for group in range(n_groups):
         _apply_forces(d, group, n_ports)
