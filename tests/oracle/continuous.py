@@ -1,0 +1,186 @@
+"""Poles of the coupled guitar in continuous time: strings, body, contacts enter, poles leave (Eqs. 19, 21-49).
+
+Every subsystem is a receptance at its ports: a string the sum of sin(p_n x) sin(p_n x') / (m (s^2 + 2 zeta omega s +
+omega^2)) over ALL its modes up to `cut_hz`, a contact 1/(m s^2 + c s + k), the body its modes at the strings' places on
+the bridge. The constraints (string = body at the bridge, string = finger at the contacts) hold for port forces
+lambda with D(s) lambda = 0. det D times the denominators of all modes and oscillators is the characteristic
+polynomial of the constrained system: it has no poles at all, and only its logarithmic derivative is ever computed,
+
+    N(s) = tr(D^-1 D') + sum den'/den,
+
+so that Newton is s - 1/N(s), and the integral of N round a contour counts the poles inside.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+CUT_HZ = 400e3
+
+
+@dataclass(frozen=True)
+class System:
+    """Chosen strings with chosen contacts, on a body or (body None, or no modes) on a rigid bridge.
+
+    `contacts` is one tuple of contacts per string; `bridge_compliance` scales what the bridge yields (0: rigid), for
+    the homotopies of `partials`. `n_modes`, where given, cuts every string there instead of at `cut_hz`.
+    """
+
+    strings: tuple
+    contacts: tuple
+    body: object = None
+    cut_hz: float = CUT_HZ
+    n_modes: int | None = None
+    bridge_compliance: float = 1.0
+
+    def __post_init__(self):
+        for string, contacts in zip(self.strings, self.contacts, strict=True):
+            places = [c.place for c in contacts]
+            if len(set(places)) != len(places) or any(not 0.0 < x < string.length for x in places):
+                raise ValueError(f"contacts at {places} m: places must differ and lie within 0 to {string.length} m")
+
+
+def make_system(guitar, contacts=None, strings=None, polarization="Y", **options):
+    """The system of a guitar (anything with `strings` and `body`).
+
+    contacts : dict {string index: contacts with absolute `place` [m]}; strings : indices (default all). Polarization Z
+    has a rigid bridge (Eqs. 25-30). Indices of the result count within `strings`.
+    """
+    if polarization not in ("Y", "Z"):
+        raise ValueError(f"polarization is {polarization!r}, legal are 'Y' and 'Z'")
+    indices = range(len(guitar.strings)) if strings is None else strings
+    contacts = contacts or {}
+    body = guitar.body if polarization == "Y" else None
+    chosen = tuple(guitar.strings[s] for s in indices)
+    return System(chosen, tuple(tuple(contacts.get(s, ())) for s in indices), body, **options)
+
+
+def frequency(pole):
+    """Frequency [Hz] of a pole: its imaginary part over 2 pi."""
+    return np.imag(pole) / (2.0 * np.pi)
+
+
+def decay(pole):
+    """Decay rate [1/s] of a pole."""
+    return -np.real(pole)
+
+
+@lru_cache(maxsize=256)
+def string_modes(string, cut_hz, n_modes=None):
+    """p [1/m], omega [rad/s] and 2 zeta omega [1/s] of a string's modes (Eqs. 19, 48, 49), and their mass [kg]."""
+    speed = np.sqrt(string.tension / string.linear_density)
+    ratio = string.bending_stiffness / string.tension
+    if n_modes is None:
+        n_modes = int(2.0 * string.length * cut_hz * 2.0 / speed) + 1  # without stiffness: the most there can be
+    p = (2.0 * np.arange(1, n_modes + 1) - 1.0) * np.pi / (2.0 * string.length)
+    omega = speed * p * (1.0 + 0.5 * ratio * p**2)
+    keep = omega <= 2.0 * np.pi * cut_hz
+    p, omega = p[keep], omega[keep]
+    bending = string.bending_stiffness * p**2
+    zeta = 0.5 * (string.tension * (string.loss_internal + string.loss_air / omega) + string.loss_bending * bending) / (
+        string.tension + bending)
+    return p, omega, 2.0 * zeta * omega, 0.5 * string.linear_density * string.length
+
+
+def ports(string, contacts):
+    """Places [m] where a string meets something: its bridge end, then its contacts."""
+    return (string.length, *(c.place for c in contacts))
+
+
+@lru_cache(maxsize=256)
+def string_weights(string, places, cut_hz, n_modes):
+    """omega^2, 2 zeta omega, and shape times shape over mass for all pairs of ports, complex: (modes, ports^2)."""
+    p, omega, loss, mass = string_modes(string, cut_hz, n_modes)
+    shapes = np.array([np.sin(p * x) for x in places])
+    pairs = shapes[:, None, :] * shapes[None, :, :] / mass
+    return omega**2, loss, np.ascontiguousarray(pairs.reshape(-1, p.size).T.astype(complex))
+
+
+@lru_cache(maxsize=64)
+def body_modes(body, positions):
+    """omega^2, 2 zeta omega and masses of the body's modes, and their shapes at the strings: (strings, modes)."""
+    omega = 2.0 * np.pi * np.asarray(body.frequencies_hz, float)
+    r = np.asarray(positions, float)[:, None]
+    shapes = (1.0 - r) * np.asarray(body.shapes_bass, float) + r * np.asarray(body.shapes_treble, float)
+    return omega**2, 2.0 * np.asarray(body.damping_ratios, float) * omega, np.asarray(body.modal_masses, float), shapes
+
+
+def characteristic(system, s):
+    """D(s), its derivative, and the logarithmic derivative N(s) of the characteristic polynomial.
+
+    s : ndarray (k,) [rad/s]; returns (k, ports, ports) [m/N], the same per rad/s, and (k,) [s]. Ports: for each string
+    its bridge end, then its contacts.
+    """
+    s = np.atleast_1d(np.asarray(s, complex))
+    sizes = [1 + len(c) for c in system.contacts]
+    starts = np.concatenate(([0], np.cumsum(sizes)))
+    matrix = np.zeros((s.size, starts[-1], starts[-1]), complex)
+    slope = np.zeros_like(matrix)
+    trace = np.zeros(s.size, complex)
+    for string, contacts, start, size in zip(system.strings, system.contacts, starts, sizes, strict=False):
+        omega2, loss, weights = string_weights(string, ports(string, contacts), system.cut_hz, system.n_modes)
+        inverse = 1.0 / ((s[:, None] + loss) * s[:, None] + omega2)
+        log_slope = (2.0 * s[:, None] + loss) * inverse
+        trace += log_slope.sum(axis=1)
+        block = slice(start, start + size)
+        matrix[:, block, block] = (inverse @ weights).reshape(-1, size, size)
+        slope[:, block, block] = -((log_slope * inverse) @ weights).reshape(-1, size, size)
+        for port, contact in enumerate(contacts, start + 1):
+            if contact.rigid:
+                continue
+            den = (contact.mass * s + contact.damping) * s + contact.stiffness
+            den_slope = 2.0 * contact.mass * s + contact.damping
+            matrix[:, port, port] += 1.0 / den
+            slope[:, port, port] -= den_slope / den**2
+            trace += den_slope / den
+    if system.body is not None and len(system.body.frequencies_hz):
+        positions = tuple(string.bridge_position for string in system.strings)
+        omega2, loss, mass, shapes = body_modes(system.body, positions)
+        inverse = 1.0 / ((s[:, None] + loss) * s[:, None] + omega2)
+        log_slope = (2.0 * s[:, None] + loss) * inverse
+        trace += log_slope.sum(axis=1)
+        bridge = np.ix_(np.arange(s.size), starts[:-1], starts[:-1])
+        scale = system.bridge_compliance / mass
+        matrix[bridge] += np.einsum("an,kn,bn->kab", shapes, inverse * scale, shapes)
+        slope[bridge] -= np.einsum("an,kn,bn->kab", shapes, log_slope * inverse * scale, shapes)
+    trace += np.trace(np.linalg.solve(matrix, slope), axis1=1, axis2=2)
+    return matrix, slope, trace
+
+
+def newton(system, guesses, max_steps=30, tolerance=1e-13):
+    """Newton on the characteristic polynomial: (poles, converged, steps taken).
+
+    The tolerance is relative to |s|, plus round-off: a step that no longer shrinks below 1e-10 |s| has arrived too.
+    """
+    s = np.array(guesses, complex).reshape(-1)
+    converged = np.zeros(s.size, bool)
+    last = np.full(s.size, np.inf)
+    count = 0
+    while count < max_steps and not converged.all():
+        count += 1
+        todo = np.flatnonzero(~converged)
+        try:
+            step = 1.0 / characteristic(system, s[todo])[2]
+        except np.linalg.LinAlgError:  # D singular to the last bit: one of them sits on its pole
+            s[todo] *= 1.0 + 3e-15
+            continue
+        size = np.abs(step) / np.abs(s[todo])
+        s[todo] -= step
+        converged[todo] = (size < tolerance) | ((size < 1e-10) & (size >= last[todo]))
+        last[todo] = size
+    return s, converged, count
+
+
+def poles(system, guesses, max_steps=60):
+    """The poles [rad/s] that Newton reaches from the guesses [rad/s]; RuntimeError where it does not settle.
+
+    Each is reached twice, the second time from beside it: on a pole of D itself (a free body or string mode) N(s) is
+    a difference of huge numbers, and a guess that sits there could pass for a solution.
+    """
+    first, converged, _ = newton(system, guesses, max_steps)
+    found, again, _ = newton(system, first * (1.0 + 1e-6 * (1.0 + 1.0j)), max_steps)
+    converged &= again & (np.abs(found - first) < 1e-9 * np.abs(first))
+    if not converged.all():
+        raise RuntimeError(f"no pole reached from guesses {np.asarray(guesses).reshape(-1)[~converged]} rad/s")
+    return found
