@@ -127,7 +127,7 @@ _I, I_SIZE = _sections(
         "STRING_I": MAX_STRINGS * STRING_I_SIZE,
         "GESTURES_I": MAX_GESTURES * 4,  # frame, kind, string, serial number
         "MIDI": MIDI_QUEUE * 2,  # frame, status << 16 | data1 << 8 | data2
-        "LOAD": 1024,  # histogram of block times
+        "LOAD": 1024,  # LOAD_BINS, see below: blocks by the share of their period that they took  # histogram of block times
         "PLAYER_I": PLAYER_I_SIZE,
     },
 )
@@ -143,4 +143,16 @@ globals().update(_I)
 ) = range(34)  # fmt: skip
 
 # METER (in d) ------------------------------------------------------------------------------------------------------
-M_PEAK, M_RATE, M_MATCH, M_TICKS_PER_FRAME = range(4)  # M_MATCH: [rad/s], where the residual modes are matched
+M_PEAK, M_RATE, M_MATCH, M_TICKS_PER_FRAME, M_GAIN = range(5)
+# the loudest sample so far; frames per second; where residual modes are matched [rad/s]; ticks of the processor's counter in
+# one frame; gain of what goes to a sound card
+
+# The instance, as a host sees it: a table of 64-bit words -----------------------------------------------------------
+(
+    W_MAGIC, W_VERSION, W_D, W_D_SIZE, W_I, W_I_SIZE, W_V, W_V_SIZE, W_VI, W_VI_SIZE, W_OUT, W_OUT_SIZE,
+) = range(12)  # fmt: skip
+INSTANCE_WORDS = 16
+SIGNAL_PRESSURE, SIGNAL_FORCE, SIGNAL_STRINGS = range(3)
+DOUBLE_OUTPUT = 1 << 31  # in the callback's flags: write doubles, without gain
+UNDERFLOW_FLAG, OVERFLOW_FLAG = 4, 8  # paOutputUnderflow, paOutputOverflow
+LOAD_BINS, LOAD_PER_OCTAVE, LOAD_FULL = 1024, 32, 512  # bin LOAD_FULL + LOAD_PER_OCTAVE log2(load)

@@ -87,3 +87,9 @@ def set_float_mode(_context, word):
         return context.get_dummy_value()
 
     return types.void(types.int64), codegen
+
+
+@kernel
+def ticks_now():
+    """`ticks` for callers in Python."""
+    return ticks()
