@@ -9,8 +9,8 @@ import numpy as np
 import scipy.linalg
 import scipy.signal
 
-LARGEST_ROWS = 240  # of the Hankel matrix, and its columns: longer records are read with gaps between the columns
-LARGEST_COLUMNS = 720
+LARGEST_ROWS = 160  # of the Hankel matrix, and its columns: longer records are read with gaps between the columns
+LARGEST_COLUMNS = 480
 
 
 def subband(records, sample_rate, centre_hz, half_width_hz, stop_db=100.0):

@@ -106,8 +106,8 @@ def body_modes(body, positions):
     return omega**2, 2.0 * np.asarray(body.damping_ratios, float) * omega, np.asarray(body.modal_masses, float), shapes
 
 
-def characteristic(system, s):
-    """D(s), its derivative, and the logarithmic derivative N(s) of the characteristic polynomial.
+def receptances(system, s):
+    """D(s), its derivative, and the sum of den'/den over the denominators of every mode and oscillator.
 
     s : ndarray (k,) [rad/s]; returns (k, ports, ports) [m/N], the same per rad/s, and (k,) [s]. Ports: for each string
     its bridge end, then its contacts.
@@ -144,8 +144,13 @@ def characteristic(system, s):
         scale = system.bridge_compliance / mass
         matrix[bridge] += np.einsum("an,kn,bn->kab", shapes, inverse * scale, shapes)
         slope[bridge] -= np.einsum("an,kn,bn->kab", shapes, log_slope * inverse * scale, shapes)
-    trace += np.trace(np.linalg.solve(matrix, slope), axis1=1, axis2=2)
     return matrix, slope, trace
+
+
+def characteristic(system, s):
+    """N(s), the logarithmic derivative of the characteristic polynomial: (k,) [s] for s (k,) [rad/s]."""
+    matrix, slope, trace = receptances(system, s)
+    return trace + np.trace(np.linalg.solve(matrix, slope), axis1=1, axis2=2)
 
 
 def newton(system, guesses, max_steps=30, tolerance=1e-13):
@@ -161,7 +166,7 @@ def newton(system, guesses, max_steps=30, tolerance=1e-13):
         count += 1
         todo = np.flatnonzero(~converged)
         try:
-            step = 1.0 / characteristic(system, s[todo])[2]
+            step = 1.0 / characteristic(system, s[todo])
         except np.linalg.LinAlgError:  # D singular to the last bit: one of them sits on its pole
             s[todo] *= 1.0 + 3e-15
             continue

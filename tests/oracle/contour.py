@@ -25,7 +25,7 @@ def _power_sums(system, low, high, max_decay, order):
     points, factors = np.concatenate(points), np.concatenate(factors)
     centre = 0.5 * (left + right) + 0.5j * (low + high)
     radius = 0.5 * abs(complex(right - left, high - low))
-    values = np.concatenate([characteristic(system, part)[2] for part in np.array_split(points, points.size // 64 + 1)])
+    values = np.concatenate([characteristic(system, part) for part in np.array_split(points, points.size // 64 + 1)])
     scaled = (points - centre) / radius
     return [np.sum(factors * values * scaled**k) / (2j * np.pi) for k in range(order + 1)], centre, radius
 

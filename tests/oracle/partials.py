@@ -2,15 +2,15 @@
 
 The closed form of a string between two fixed ends gives the guess; the contacts' compliance, then the bridge's, are
 switched on little by little while Newton follows each pole. A label is what continuity gives it: where a body mode and
-a partial exchange characters, `string_like` picks the slower of the two; `bridge_residues` says how loud each is, and
-`span_share` whether a pole lives between finger and bridge or between nut and finger.
+a partial exchange characters, `string_like` picks the slower of the two; where the two spans of a stopped string do,
+`loudness.loudest_partials` picks what is heard.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from .continuous import body_modes, characteristic, newton, poles, ports, string_modes, string_weights
+from .continuous import body_modes, newton, poles
 
 COARSE_CUT_HZ = 40e3  # enough to follow a pole; the last Newton uses all modes
 
@@ -38,7 +38,7 @@ def _follow(make, start, end, seeds, first_step=0.125):
     return now
 
 
-def _span(string, contacts):
+def sounding_span(string, contacts):
     """Length of the sounding span and its effective length with bending (clamped bridge; half clamped at a finger)."""
     stops = [c.place for c in contacts if c.rigid or c.stiffness > 0.0]
     layer = np.sqrt(string.bending_stiffness / string.tension)
@@ -49,7 +49,7 @@ def _span(string, contacts):
 
 def rigid_guess(string, contacts, n_partials):
     """Closed-form poles [rad/s] of the sounding span between fixed ends: n c / 2L with bending and Eq. 49's losses."""
-    _, length = _span(string, contacts)
+    _, length = sounding_span(string, contacts)
     p = np.arange(1, n_partials + 1) * np.pi / length
     bending = string.bending_stiffness * p**2
     omega = np.sqrt(string.tension / string.linear_density) * p * (1.0 + bending / (2.0 * string.tension))
@@ -126,49 +126,3 @@ def string_like(system, string, n_partials, reach_hz=10.0):
         if near:
             found[n], swapped[n] = max(near, key=lambda b: b.real), True
     return found, swapped
-
-
-def _null_vector(system, pole):
-    """Port forces lambda with D(pole) lambda = 0, and lambda^T D' lambda (D is symmetric)."""
-    matrix, slope, _ = characteristic(system, pole)
-    vector = np.linalg.svd(matrix[0])[2][-1].conj()
-    return vector, vector @ slope[0] @ vector
-
-
-def bridge_residues(system, found, string, pluck_place):
-    """How much each pole sounds: residues of the transfer from a point force on a string to that string's bridge force.
-
-    found : poles (k,); pluck_place [m]. Returns complex (k,) [1/s]: the part exp(s t) times residue of the impulse
-    response of the force on the string at its bridge, per newton second. A force that is held and released at t = 0
-    leaves residue/(-s) times its strength.
-    """
-    first = sum(1 + len(c) for c in system.contacts[:string])
-    size = 1 + len(system.contacts[string])
-    p, _, _, mass = string_modes(system.strings[string], system.cut_hz, system.n_modes)
-    places = ports(system.strings[string], system.contacts[string])
-    shapes = np.array([np.sin(p * x) for x in places]) * np.sin(p * pluck_place) / mass
-    omega2, loss, _ = string_weights(system.strings[string], places, system.cut_hz, system.n_modes)
-    result = []
-    for pole in np.atleast_1d(found):
-        vector, scale = _null_vector(system, pole)
-        drive = shapes @ (1.0 / (pole**2 + loss * pole + omega2))
-        result.append(-vector[first] * (vector[first : first + size] @ drive) / scale)
-    return np.array(result)
-
-
-def span_share(system, pole, string):
-    """Share of a string's potential energy (of tension) in the sounding span, on the bridge side of the finger.
-
-    Near 1: a partial of the note; near 0: of the string between nut and finger; between: the two spans share it.
-    """
-    data, contacts = system.strings[string], system.contacts[string]
-    span, _ = _span(data, contacts)
-    first = sum(1 + len(c) for c in system.contacts[:string])
-    vector, _ = _null_vector(system, pole)
-    p, omega, loss, _ = string_modes(data, min(system.cut_hz, 20e3), system.n_modes)
-    places = np.array(ports(data, contacts))
-    drive = vector[first : first + places.size] @ np.sin(places[:, None] * p)
-    amplitudes = drive / (pole**2 + loss * pole + omega**2)
-    x = np.linspace(0.0, data.length, 1301)
-    slopes = np.abs(np.cos(x[:, None] * p) @ (p * amplitudes)) ** 2
-    return float(slopes[x > data.length - span].sum() / slopes.sum())

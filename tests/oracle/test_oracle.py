@@ -9,9 +9,10 @@ import scipy.optimize
 import scipy.special
 
 from .constants import BODY, STRINGS, ContactData, StringData, make_body, make_guitar
-from .continuous import body_modes, characteristic, decay, frequency, make_system, poles, string_modes
+from .continuous import body_modes, characteristic, decay, frequency, make_system, poles, receptances, string_modes
 from .contour import poles_between
-from .partials import body_poles, bridge_residues, span_share, string_like, string_partials
+from .loudness import bridge_residues, loudest_partials, span_share
+from .partials import body_poles, string_like, string_partials
 
 STIFF = {"mass": 5e-3, "damping": 1.0, "stiffness": 1e6}
 SOFT = {"mass": 5e-3, "damping": 10.0, "stiffness": 1e4}
@@ -40,7 +41,7 @@ def test_ideal_string_receptances_are_the_closed_ones():
     contact = ContactData(0.2, 1e-3, 0.1, 1e5)
     system = make_system(make_guitar([IDEAL], None), {0: (contact,)})
     s = 2j * np.pi * np.array([31.0, 100.3, 777.7, 3001.0]) - np.array([0.5, 3.0, 20.0, 400.0])
-    matrix = characteristic(system, s)[0]
+    matrix = receptances(system, s)[0]
     n = string_modes(IDEAL, system.cut_hz)[0].size
     k = -1j * s / np.sqrt(IDEAL.tension / IDEAL.linear_density)
     scale = IDEAL.tension * k * np.cos(k * IDEAL.length)
@@ -160,12 +161,12 @@ def test_derivative_of_the_characteristic():
     """N(s) against the complex difference of log(det D times the denominators); D' against that of D."""
     system = make_system(make_guitar(), {0: fretted(5, 3), 4: fretted(2, 1)}, n_modes=30)
     s, h = np.array([-3.0 + 700.0j]), 1e-3
-    slope = characteristic(system, s)[1]
-    difference = (characteristic(system, s + h)[0] - characteristic(system, s - h)[0]) / (2 * h)
+    slope = receptances(system, s)[1]
+    difference = (receptances(system, s + h)[0] - receptances(system, s - h)[0]) / (2 * h)
     assert np.allclose(slope, difference, rtol=1e-6, atol=1e-9 * np.abs(slope).max())
     dense = dense_poles(system.strings, system.contacts, system.body, 30)
     whole = np.sum(1.0 / (s - dense)) + np.sum(1.0 / (s - dense.conj()))
-    real = characteristic(system, s)[2][0] - whole  # what is left: the few real poles of heavily damped oscillators
+    real = characteristic(system, s)[0] - whole  # what is left: the few real poles of heavily damped oscillators
     assert abs(real) < 2e-3 * abs(whole)
 
 
@@ -221,6 +222,15 @@ def test_three_contacts_keep_the_note_on_the_bridge_side():
     for s, fret in ((0, 5), (2, 7), (5, 12)):
         system = make_system(make_guitar(), {s: fretted(fret, 3)}, [s])
         assert span_share(system, string_partials(system, 0, 1)[0], 0) > 0.95
+
+
+def test_loudest_pole_is_the_sounding_span_s():
+    """E2 at fret 12, one contact, both spans in unison: the loudest pole of each partial is on the bridge side."""
+    system = make_system(make_guitar(), {0: fretted(12, 1)}, [0])
+    loud = loudest_partials(system, 0, 4, 0.585)
+    assert np.all(np.array([span_share(system, pole, 0) for pole in loud]) > 0.5)
+    clear = make_system(make_guitar(), {2: fretted(5, 3)}, [2])
+    assert np.allclose(loudest_partials(clear, 0, 3, 0.585), string_partials(clear, 0, 3), rtol=1e-10)
 
 
 def test_polarization_z_sees_no_body():
