@@ -24,7 +24,7 @@ class ModalSystem:
     @property
     def count(self):
         """Number of modes."""
-        return len(self.omega)
+        return self.omega.shape[-1]
 
     def mobility(self, s):
         """Modal receptances 1 / (m (s^2 + 2 zeta omega s + omega^2)).
@@ -92,9 +92,9 @@ def compliance_moments(modes, phi, orders=2):
         omega^2: sum of phi phi^T / (m omega^4).
     """
     b, c = 2.0 * modes.zeta / modes.omega, 1.0 / modes.omega**2
-    previous, current = np.zeros(modes.count), 1.0 / (modes.mass * modes.omega**2)
+    previous, current = np.zeros_like(modes.omega), 1.0 / (modes.mass * modes.omega**2)
     out = []
     for _ in range(orders + 1):
-        out.append((phi * current) @ np.swapaxes(phi, -1, -2))
+        out.append((phi * current[..., None, :]) @ np.swapaxes(phi, -1, -2))
         previous, current = current, -b * current - c * previous
     return np.stack(out)

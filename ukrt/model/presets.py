@@ -128,7 +128,7 @@ def _sentence(source, error):
     if isinstance(error, PresetError):
         return error
     if error.value is None:
-        message = f"{source} lacks {error.key}: {error.legal}"
+        message = f"{source}: {error.key} is missing; {error.legal}"
     else:
         message = f"{source}: {error}"
     return PresetError(message, error.key, error.value, error.legal)

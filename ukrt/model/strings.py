@@ -70,10 +70,27 @@ def string_modes_range(string, f_from, f_to):
     -------
     StringModes
     """
-    first, last = _count_below(string, f_from), _count_below(string, f_to)
-    p = (2.0 * np.arange(first + 1, last + 1) - 1.0) * np.pi / (2.0 * string.length)
-    omega = _omega(string, p)
-    tension, bending = string.tension, string.bending_stiffness * p**2
+    return numbered_modes(string, mode_count(string, f_from), mode_count(string, f_to))
+
+
+def numbered_modes(string, after, last, tension=None):
+    """Modes number ``after`` + 1 to ``last`` of ``string``.
+
+    Parameters
+    ----------
+    string : ukrt.model.parameters.String
+    after, last : int
+    tension : ndarray (...) [N], optional
+        Other tensions than its own; they become the leading axes of ``omega`` and ``zeta``.
+
+    Returns
+    -------
+    StringModes
+    """
+    p = (2.0 * np.arange(after + 1, last + 1) - 1.0) * np.pi / (2.0 * string.length)
+    tension = string.tension if tension is None else np.asarray(tension, float)[..., None]
+    bending = string.bending_stiffness * p**2
+    omega = np.sqrt(tension / string.linear_density) * p * (1.0 + bending / (2.0 * tension))
     losses = tension * (string.loss_internal + string.loss_air / omega) + string.loss_bending * bending
     return StringModes(
         mass=np.full(len(p), string.linear_density * string.length / 2.0),
@@ -123,12 +140,7 @@ def retuned(string, cents):
     return replace(string, tension=string.tension * cents_to_ratio(2.0 * cents))
 
 
-def _omega(string, p):
-    """Eq. 48 as an angular frequency [rad/s]."""
-    return string.wave_speed * p * (1.0 + string.bending_stiffness * p**2 / (2.0 * string.tension))
-
-
-def _count_below(string, hz):
+def mode_count(string, hz):
     """Number of modes up to and including ``hz``: Eq. 48, a cubic, solved for p and then checked on mode numbers."""
     if hz <= 0.0:
         return 0
@@ -140,5 +152,5 @@ def _count_below(string, hz):
         p = target
     guess = int(p * string.length / np.pi + 0.5)
     numbers = np.arange(max(guess - 1, 1), guess + 3)
-    below = _omega(string, (2.0 * numbers - 1.0) * np.pi / (2.0 * string.length)) <= 2.0 * np.pi * hz
+    below = numbered_modes(string, numbers[0] - 1, numbers[-1]).omega <= 2.0 * np.pi * hz
     return int(numbers[0] - 1 + np.count_nonzero(below))

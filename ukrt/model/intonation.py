@@ -1,0 +1,211 @@
+"""Putting a guitar in tune: a `Guitar` enters; tensions of its open strings and places of the finger for every fret
+leave, so that each note's string-like pole on the coupled guitar has the frequency of equal temperament.
+
+Solved in continuous time with the strings' modes to 400 kHz (`coupling`), body coupled, the other strings damped, at
+small amplitude, for partial 1 of the motion in Y; in Z, where the bridge does not move, the same note lies some cents
+beside it. On the line s = -sigma + i omega_target the unknowns are sigma and one knob: the tension of an open string,
+the place of a fretted one. Where a body mode is near, several solutions exist and the slowest decaying is meant; where
+it is so near and so strongly coupled that no setting puts the slower pole there (a wolf note), the nearest is chosen.
+"""
+
+import functools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..units import cents_to_ratio, midi_to_hz, ratio_to_cents
+from .coupling import Bridge, Characteristic, HeldString
+from .parameters import Basis, Radiation
+from .poles import slowest_pole, stopped, with_tensions
+from .strings import REFERENCE_HZ, ideal_open_hz, retuned
+
+COARSE_HZ = 20e3  # modes for the search; the solution is then polished with all modes
+STARTS = (0.5, 3.0, 8.0, 20.0)  # decay rates 1/s to start from: 0.5 free string, 20 a strongly damped body mode
+LARGEST_MOVE = np.array([8.0, 40.0])  # 1/s and cents in one step of the search
+FARTHEST = 300.0  # cents between a note and the knob's starting value beyond which a solution is not believed
+WOLF_CENTS = np.arange(-200.0, 201.0, 4.0)  # settings that are tried where none is in tune
+IN_TUNE = 1e-3  # cents between the slowest pole and the note
+
+
+@dataclass(frozen=True)
+class Intonation:
+    """How a guitar is set.
+
+    Attributes
+    ----------
+    tensions : ndarray (n_strings,) [N]
+    places : ndarray (n_strings, frets + 1) [m]
+        Of the finger's first contact, from the nut; column 0, the open string, is 0.
+    cents_left : ndarray (n_strings, frets + 1) [cents]
+        How far the slowest pole of each note is from equal temperament.
+    decay_rates : ndarray (n_strings, frets + 1) [1/s]
+        sigma of that pole.
+    """
+
+    tensions: np.ndarray
+    places: np.ndarray
+    cents_left: np.ndarray
+    decay_rates: np.ndarray
+
+
+def make_intonation(guitar):
+    """Solve (or, in mode ``published``, only describe) the intonation of ``guitar``.
+
+    Parameters
+    ----------
+    guitar : ukrt.model.parameters.Guitar
+
+    Returns
+    -------
+    Intonation
+        Arrays are shared between calls and read-only.
+    """
+    plain = replace(guitar, name="", description="", radiation=Radiation(""), basis=Basis())
+    return _solved(plain)
+
+
+def geometric_places(string, frets):
+    """Places L (1 - 2^(-n/12)) of frets 0 to ``frets``: ndarray (frets + 1,) [m]."""
+    return string.length * (1.0 - np.exp2(-np.arange(frets + 1) / 12.0))
+
+
+@functools.lru_cache(maxsize=32)
+def _solved(guitar):
+    others = "damped" if guitar.damper.places else "absent"
+    equal = guitar.tuning.mode == "equal"
+    tensions = _open_tensions(guitar, others) if equal else np.array([one.tension for one in guitar.strings])
+    tuned = with_tensions(guitar, tensions)
+    bridge = Bridge(tuned, others)
+    rows = [_one_string(tuned, bridge, n, equal) for n in range(len(tuned.strings))]
+    out = Intonation(tensions, *(np.array(column) for column in zip(*rows, strict=True)))
+    for array in (out.tensions, out.places, out.cents_left, out.decay_rates):
+        array.setflags(write=False)
+    return out
+
+
+def _open_tensions(guitar, others):
+    """Tensions [N] that put all open strings in tune together: each depends a little on the others through the body."""
+    strings = [retuned(one, ratio_to_cents(_target_hz(guitar, one) / ideal_open_hz(one))) for one in guitar.strings]
+    rates = [None] * len(strings)
+    for _ in range(8):
+        guitar = replace(guitar, strings=tuple(strings))
+        bridge, moved = Bridge(guitar, others), 0.0
+        for n, one in enumerate(strings):
+            cents, rates[n] = _tune(_OpenString(guitar, bridge, n), rates[n])
+            strings[n] = retuned(one, float(cents[0]))
+            moved = max(moved, abs(float(cents[0])))
+        if moved < 1e-5:
+            break
+    return np.array([one.tension for one in strings])
+
+
+def _one_string(guitar, bridge, string, equal):
+    """Row of places, of remaining cents and of decay rates of one string."""
+    left, rate = _heard(_OpenString(guitar, bridge, string), np.zeros(1))
+    places, cents, rates = [np.zeros(1)], [left], [rate]
+    if guitar.playing.frets:
+        note = _FrettedString(guitar, bridge, string)
+        setting = _tune(note)[0] if equal else np.zeros(guitar.playing.frets)
+        left, rate = _heard(note, setting)
+        places, cents, rates = [*places, note.places(setting)], [*cents, left], [*rates, rate]
+    return np.concatenate(places), np.concatenate(cents), np.concatenate(rates)
+
+
+def _target_hz(guitar, string, frets=0):
+    return midi_to_hz(string.note + frets, guitar.tuning.a4_hz)
+
+
+class _OpenString:
+    """An open string whose knob is its tension, in cents of a flexible string's pitch."""
+
+    def __init__(self, guitar, bridge, string):
+        self.bridge, self.index, self.string = bridge, string, guitar.strings[string]
+        self.omega = np.array([2.0 * np.pi * _target_hz(guitar, self.string)])
+
+    def free_length(self, cents, notes=None):
+        return np.full(len(cents), self.string.length)
+
+    def characteristic(self, cents, hz=REFERENCE_HZ, notes=None):
+        """F(s) at one setting for each s, with modes to ``hz``; ``notes`` tells which note each one is."""
+        tension = self.string.tension * cents_to_ratio(2.0 * np.asarray(cents))
+        return Characteristic(self.bridge, self.index, HeldString(self.string, tension=tension, reference_hz=hz))
+
+
+class _FrettedString:
+    """All stopped notes of a string; the knob is the finger's place, in cents of the length that is left."""
+
+    def __init__(self, guitar, bridge, string):
+        self.guitar, self.bridge, self.index, self.string = guitar, bridge, string, guitar.strings[string]
+        frets = guitar.playing.frets
+        self.omega = 2.0 * np.pi * _target_hz(guitar, self.string, np.arange(1, frets + 1))
+        self.geometric = geometric_places(self.string, frets)[1:]
+
+    def free_length(self, cents, notes=None):
+        geometric = self.geometric if notes is None else self.geometric[notes]
+        return (self.string.length - geometric) * cents_to_ratio(-np.asarray(cents))
+
+    def places(self, cents, notes=None):
+        return self.string.length - self.free_length(cents, notes)
+
+    def characteristic(self, cents, hz=REFERENCE_HZ, notes=None):
+        """F(s) at one setting for each s, with modes to ``hz``; ``notes`` tells which note each one is."""
+        held = stopped(self.guitar, self.index, self.places(cents, notes), reference_hz=hz)
+        return Characteristic(self.bridge, self.index, held)
+
+
+def _tune(note, rate=None):
+    """Knob settings [cents] and decay rates [1/s] that put the slowest pole of every note on its frequency."""
+    every = np.arange(len(note.omega))
+    cents = np.zeros(len(every))
+    if rate is None:
+        starts, notes = np.repeat(STARTS, len(every)), np.tile(every, len(STARTS))
+        rate, cents, found = _on_line(note, notes, starts, np.zeros(len(starts)), COARSE_HZ, 12)
+        usable = found & (np.abs(cents) < FARTHEST) & (rate > -1e-3)
+        rank = np.where(usable, rate, np.inf).reshape(len(STARTS), -1)
+        best = np.argmin(rank, axis=0) * len(every) + every
+        rate, cents = np.where(usable, rate, 3.0)[best], np.where(usable, cents, 0.0)[best]
+    rate, cents, found = _on_line(note, every, rate, cents, REFERENCE_HZ, 8)
+    cents = np.where(found & (np.abs(cents) < FARTHEST), cents, 0.0)
+    left, _ = _heard(note, cents, rate)
+    for n in np.flatnonzero(~(np.abs(left) < IN_TUNE)):
+        cents[n] = _least_wolf(note, n)
+    return cents, rate
+
+
+def _on_line(note, notes, rate, cents, hz, steps):
+    """Newton's method for the real unknowns (sigma, knob) of F(-sigma + i omega, knob) = 0, many at once."""
+    omega, dc, found = note.omega[notes], 1e-3, np.zeros(len(notes), bool)
+    rate, cents, active = rate.copy(), cents.copy(), np.arange(len(notes))
+    for _ in range(steps):
+        s, h = -rate[active] + 1j * omega[active], 1e-7 * omega[active]
+        here = note.characteristic(cents[active], hz, notes[active])
+        value = here(s)
+        by_rate = (here(s - h) - value) / h
+        moved = note.characteristic(cents[active] + dc, hz, notes[active])
+        by_cents = (moved.held.compliance(s) - here.held.compliance(s)) / dc
+        with np.errstate(all="ignore"):  # by Cramer's rule: value + by_rate m_0 + by_cents m_1 = 0
+            det = (np.conj(by_rate) * by_cents).imag
+            move = np.array([-(np.conj(value) * by_cents).imag, -(np.conj(by_rate) * value).imag]) / det
+        move = np.nan_to_num(move, nan=0.0, posinf=0.0, neginf=0.0)
+        move = np.clip(move, -LARGEST_MOVE[:, None], LARGEST_MOVE[:, None])
+        rate[active] += move[0]
+        cents[active] += move[1]
+        found[active] = np.abs(move[1]) < 1e-2
+        active = active[(np.abs(move[1]) > 1e-6) | (np.abs(move[0]) > 1e-6)]
+        if not len(active):
+            break
+    return rate, cents, found
+
+
+def _heard(note, cents, rate=3.0, notes=None):
+    """Cents between the slowest pole and the note, and its decay rate, at given settings."""
+    omega = note.omega if notes is None else note.omega[notes]
+    function = note.characteristic(cents, notes=notes)
+    pole = slowest_pole(function, -rate + 1j * omega, note.string, note.free_length(cents, notes))
+    return ratio_to_cents(np.abs(pole.imag) / omega), -pole.real
+
+
+def _least_wolf(note, n):
+    """Setting [cents] at which the slowest pole of note ``n`` comes nearest to it, out of a list."""
+    left, _ = _heard(note, WOLF_CENTS, notes=np.full(len(WOLF_CENTS), n))
+    return WOLF_CENTS[np.nanargmin(np.abs(left))]
