@@ -37,10 +37,12 @@ def finger_energy(d, i, s):
     for j in range(1, 1 + i[own_i + at.SI_FINGER] + i[own_i + at.SI_DAMPER]):
         row = j * at.LANES + s
         a, b, g = d[at.FIN_A + row], d[at.FIN_B + row], d[at.FIN_G + row]
-        if g > 0.0 and b < 0.0:
+        if g > 0.0 and b <= 0.0:
             for now_at, next_at in ((at.FIN_Y, at.FIN_Y1), (at.FIN_Z, at.FIN_Z1)):
                 now = d[now_at + row]
-                total += _mode_energy(a, b, now, (d[next_at + row] - a * now) / b) / g
+                # a finger so damped that its last place cannot be told from its next: its spring's energy
+                before = (d[next_at + row] - a * now) / b if b < -1e-3 else now
+                total += _mode_energy(a, b, now, before) / g
     return total
 
 

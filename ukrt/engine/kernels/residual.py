@@ -19,6 +19,7 @@ V_MOVED = at.SCRATCH + 320  # residual displacement of the old ports: Y now, Y b
 V_NEXT = at.SCRATCH + 352
 X_OLD = at.SCRATCH + 384  # the old ports' places
 HIGHEST = 3.96  # (2 sin(theta/2))^2 of a pseudo-mode; 4 is the limit of the step
+MOST_DAMPED = 1.0  # decay of a pseudo-mode in one step [Np]
 
 
 @kernel
@@ -154,7 +155,7 @@ def rebuild_residual(d, i, s, n_old, n_new):
             wanted = d[M_MATCHED + (ROW + 1) * j] * rate * rate
             theta_square = (1.0 + wanted * square) / wanted if wanted > 0.0 else HIGHEST
             theta_square = min(max(theta_square, lowest), HIGHEST)
-            sigma = 0.5 * max(d[M_LOSS + (ROW + 1) * j], 0.0) * theta_square * rate
+            sigma = min(0.5 * max(d[M_LOSS + (ROW + 1) * j], 0.0) * theta_square * rate, MOST_DAMPED)
             a = 2.0 * math.exp(-sigma) * (1.0 - 0.5 * theta_square)
             b = -math.exp(-2.0 * sigma)
             root = math.sqrt(1.0 - a - b)

@@ -43,7 +43,8 @@ def _aim_pseudo_columns(d, i, s, n_ports):
     for j in range(n_ports):
         tile = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - 2 + j // 4
         c = at.COEF + tile * at.COEF_TILE + j % 4
-        root = (1.0 - d[c + at.COEF_A] - d[c + at.COEF_B]) ** 0.5
+        still = 1.0 - d[c + at.COEF_A] - d[c + at.COEF_B]
+        root = still**0.5 if d[c + at.COEF_B] != 0.0 else 0.0  # a port that was redundant has no pseudo-mode
         for port in range(1, n_ports):
             d[c + at.COEF_COLUMNS + 4 * port] = root * d[M_STATIC + ROW * port + j]
 
