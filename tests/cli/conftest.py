@@ -1,7 +1,52 @@
 """What the tests of the command line share."""
 
+import os
+import pathlib
+import subprocess
+import sys
+
 import mido
 import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def start_ukrt(tmp_path):
+    """Starts ``ukrt`` in a process of its own, in an empty folder and without a terminal."""
+    started = []
+
+    def start(*arguments, environment=os.environ):
+        path = os.pathsep.join(filter(None, [str(ROOT), environment.get("PYTHONPATH")]))
+        process = subprocess.Popen(
+            [sys.executable, "-m", "ukrt", *map(str, arguments)],
+            cwd=tmp_path,
+            env={**environment, "PYTHONPATH": path},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+@pytest.fixture
+def ukrt_process(start_ukrt):
+    """Runs ``ukrt`` in a process of its own to its end; gives (exit code, standard output, standard error)."""
+
+    def run(*arguments, **options):
+        process = start_ukrt(*arguments, **options)
+        out, err = process.communicate(timeout=300)  # the first run on a machine compiles
+        return process.returncode, out, err
+
+    return run
 
 
 @pytest.fixture

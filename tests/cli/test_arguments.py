@@ -1,5 +1,6 @@
-"""The command line's manners: help that teaches, one sentence for every refusal, exit code 2, lists and printed presets."""
+"""The command's manners: help that teaches, every refusal one sentence with exit code 2, lists, printed presets."""
 
+import pathlib
 import subprocess
 import sys
 import tomllib
@@ -9,6 +10,7 @@ import pytest
 import ukrt
 from ukrt.cli.main import main
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 COMMANDS = ("render", "play", "devices", "presets", "bench")
 
 
@@ -141,8 +143,9 @@ def test_missing_live_extra_is_named(capsys, monkeypatch):
 
 
 def test_importing_ukrt_loads_neither_compiler_nor_numpy():
-    code = "import sys, ukrt, ukrt.cli.main; print([m for m in ('numpy', 'numba', 'rich', 'soundfile') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    heavy = ("numpy", "numba", "rich", "soundfile")
+    code = f"import sys, ukrt, ukrt.cli.main; print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
 
 
@@ -150,18 +153,18 @@ def test_public_names_survive_the_import_of_their_modules():
     code = (
         "import ukrt.render, ukrt.synth, ukrt; print(callable(ukrt.render), callable(ukrt.Synth), sorted(ukrt.__all__))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == f"True True {sorted(ukrt.__all__)}"
     with pytest.raises(AttributeError, match="public names are"):
         ukrt.banjo  # noqa: B018
 
 
-def test_python_dash_m_is_the_same_command(tmp_path):
-    done = subprocess.run([sys.executable, "-m", "ukrt", "presets", "banjo"], capture_output=True, text=True)
-    assert done.returncode == 2 and done.stderr.startswith("ukrt: ") and done.stderr.count("\n") == 1
+def test_python_dash_m_is_the_same_command(ukrt_process):
+    code, out, err = ukrt_process("presets", "banjo")
+    assert (code, out) == (2, "") and err.startswith("ukrt: ") and err.count("\n") == 1
 
 
 def test_a_closed_pipe_is_no_failure():
     command = f"{sys.executable} -m ukrt presets classical | true"  # true is gone before the first line is written
-    done = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, text=True)
+    done = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, text=True, cwd=ROOT)
     assert (done.returncode, done.stderr) == (0, "")

@@ -7,6 +7,7 @@ import sys
 
 from ..errors import UkrtError
 
+
 class UsageError(UkrtError):
     """The arguments do not fit together; the message says what would."""
 

@@ -10,6 +10,7 @@ from .common import (
     add_command,
     add_guitar_options,
     add_rate_option,
+    clock_time,
     load_guitar,
     make_engine,
     say,
@@ -111,12 +112,20 @@ def _open_output(args, guitar, device):
     from ..drivers import audio, null
 
     if device is None:
-        engine = make_engine(guitar, args.rate or 48000)
+        engine = _loud(make_engine(guitar, args.rate or 48000))
         output = null.NullOutput(engine, args.block or 128)
         say(f"playing on the null output, a clock instead of a sound card; what would be heard goes to {output.path}")
         return engine, output
-    engine = make_engine(guitar, audio.choose_rate(device, args.rate))
+    engine = _loud(make_engine(guitar, audio.choose_rate(device, args.rate)))
     return engine, audio.AudioOutput(engine, device, args.block)
+
+
+def _loud(engine):
+    """The engine with the preset's gain on its way to the card."""
+    from ..units import db_to_gain
+
+    engine.output_gain = db_to_gain(engine.guitar.radiation.gain_db)
+    return engine
 
 
 def _open_port(port):
@@ -173,6 +182,30 @@ def _wait_for_port(session):
 def _rest(session):
     time.sleep(0.1)
     session.check()
+
+
+def _summary(session):
+    """What was played and how well, in words."""
+    from ..drivers.live import load_quantile
+
+    counters = session.engine.counters()
+    loads = counters["load_histogram"]
+    median, worst = (load_quantile(loads, share) for share in (0.5, 1.0))
+    blocks = f"{counters['blocks']} in {clock_time(session.seconds)}, xruns {session.xruns()}"
+    if median is not None:
+        blocks += f", load median {100 * median:.1f} %, worst {100 * worst:.1f} %"
+    lines = [
+        f"blocks   {blocks}",
+        f"notes    {counters['notes_on']}, dropped {counters['notes_dropped']}",
+        f"messages {counters['midi_received']}, too late {counters['late_messages']}, lost {counters['midi_dropped']}",
+    ]
+    if counters["clipped_samples"]:
+        lines.append(f"clipped  {counters['clipped_samples']} samples; lower the gain with --set radiation.gain_db=...")
+    if counters["nonfinite_resets"]:
+        lines.append(f"restarts {counters['nonfinite_resets']} times, after something that was not a number")
+    if path := getattr(session.output, "path", None):
+        lines.append(f"recorded {path}")
+    return "\n".join(lines)
 
 
 def bundled_piece():

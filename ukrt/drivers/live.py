@@ -43,8 +43,29 @@ class LiveSession:
         if self.feeder.failure is not None:
             raise DeviceError(f"reading MIDI has failed: {self.feeder.failure}")
 
+    def xruns(self):
+        """Blocks that came too late: what PortAudio flagged, or what the null output saw."""
+        return self.engine.counters()["underflows"] + getattr(self.output, "late_blocks", 0)
+
     def sounding(self):
         """Whether the guitar still has more than a millionth of the largest energy that this function has seen."""
         energy = self.engine.energy()
         self._largest_energy = max(self._largest_energy, energy)
         return energy > _QUIET_RATIO * self._largest_energy
+
+
+def load_quantile(histogram, share):
+    """The load below which ``share`` of the blocks stayed [1, of the block's period]; None without blocks.
+
+    Parameters
+    ----------
+    histogram : list of (load, blocks)
+        By increasing load, as in ``Engine.counters()["load_histogram"]``.
+    share : float [1]
+    """
+    need, seen = share * sum(blocks for _, blocks in histogram), 0
+    for load, blocks in histogram:
+        seen += blocks
+        if seen >= need:
+            return load
+    return None

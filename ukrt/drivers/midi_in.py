@@ -49,7 +49,7 @@ def find_input(wanted=None):
     inputs = list_inputs()
     if wanted is not None:
         return choose(inputs, wanted, "MIDI input")
-    return next((p for p in inputs if not p.name.startswith("Midi Through")), None)
+    return next((p for p in inputs if "Midi Through" not in p.name), None)
 
 
 class MidiInput:

@@ -1,0 +1,104 @@
+"""``ukrt render`` from arguments to file: what is written, what is said, what odd files become."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import soundfile
+
+from ukrt.cli.main import main
+
+
+def render(*argv):
+    return main(["render", *map(str, argv)])
+
+
+def test_defaults_are_48_khz_24_bit_beside_the_input(capsys, tmp_path, piece):
+    assert render(piece) == 0
+    info = soundfile.info(tmp_path / "piece.wav")
+    assert (info.samplerate, info.subtype, info.channels, info.format) == (48000, "PCM_24", 2, "WAV")
+    out, err = capsys.readouterr()
+    assert "piece.wav" in out and re.search(r"notes +2, dropped 0", out) and re.search(r"peak +-\d+\.\d dBFS", out)
+    assert "\x1b" not in err  # no progress bar where nobody looks
+    assert render(piece) == 2
+    assert render(piece, "--force") == 0
+
+
+def test_options_reach_the_file_and_the_report(tmp_path, piece):
+    target, report = tmp_path / "out.flac", tmp_path / "out.json"
+    assert (
+        render(piece, "-o", target, "--rate", 44100, "--bits", 16, "--block", 64, "--normalize", "--report", report)
+        == 0
+    )
+    info = soundfile.info(target)
+    assert (info.samplerate, info.subtype, info.format) == (44100, "PCM_16", "FLAC")
+    told = json.loads(report.read_text())
+    assert told["notes_total"] == 2 and told["notes_dropped"] == 0
+    assert told["duration_s"] == pytest.approx(info.frames / 44100)
+    assert told["peak_dbfs"] == pytest.approx(-1.0, abs=0.01)
+    assert {"times_real_time", "notes"} <= set(told)
+    keys = {"time_s", "release_frame", "midi", "string", "fret", "force_n", "end_s", "fate"}
+    assert [keys <= set(note) for note in told["notes"]] == [True, True]
+    assert [note["release_frame"] for note in told["notes"]] == [0, 11025]
+
+
+def test_gain_is_in_decibels(tmp_path, piece):
+    peaks = []
+    for gain in ("0", "-6.0206"):
+        assert render(piece, "-o", tmp_path / "a.wav", "--gain", gain, "--bits", "32f") == 0
+        peaks.append(np.abs(soundfile.read(tmp_path / "a.wav")[0]).max())
+    assert peaks[1] / peaks[0] == pytest.approx(0.5, rel=1e-4)
+
+
+def test_set_changes_the_sound(tmp_path, piece):
+    sounds = []
+    for place in ("0.9", "0.7"):
+        assert render(piece, "-o", tmp_path / "a.wav", "--set", f"pluck.place={place}") == 0
+        sounds.append((tmp_path / "a.wav").read_bytes())
+    assert sounds[0] != sounds[1]
+
+
+def test_a_refused_file_leaves_nothing(capsys, tmp_path):
+    (tmp_path / "bad.mid").write_bytes(b"This is no MIDI file")
+    assert render(tmp_path / "bad.mid", "--report", tmp_path / "bad.json") == 2
+    err = capsys.readouterr().err
+    assert "bad.mid" in err and err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["bad.mid"]
+
+
+def test_interruption_leaves_nothing(capsys, tmp_path, piece, monkeypatch):
+    import ukrt.drivers.offline
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ukrt.drivers.offline.Performance, "_done", interrupted)
+    assert render(piece) == 130
+    assert [p.name for p in tmp_path.iterdir()] == ["piece.mid"]
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def odd_files(folder):
+    return sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix.lower() in (".mid", ".kar", ".rmi", ".midi"))
+
+
+@pytest.mark.slow
+def test_odd_files_are_rendered_or_refused_in_a_sentence(shared_data, capsys, tmp_path):
+    files = odd_files(shared_data / "midi_odd")
+    assert files
+    outcomes = set()
+    for number, path in enumerate(files):
+        target = tmp_path / f"{number}.wav"
+        code = render(path, "-o", target, "--max-minutes", "1", "--tail-db", "-20")
+        out, err = capsys.readouterr()
+        assert code in (0, 2), path
+        assert "Traceback" not in err, path
+        if code == 0:
+            assert soundfile.info(target).samplerate == 48000, path
+        else:
+            assert err.startswith("ukrt: ") and err.count("\n") == 1 and out == "", path
+        assert [p.name for p in tmp_path.iterdir()] == ([target.name] if code == 0 else []), path
+        target.unlink(missing_ok=True)
+        outcomes.add(code)
+    assert outcomes == {0, 2}
