@@ -137,3 +137,27 @@ class Bench:
 
     def plucks(self):
         return [(frame, s, p) for frame, kind, s, p in self.gestures if kind == do.PLUCK]
+
+
+def check_plucks(bench):
+    """Every pluck finds finger, damper and tension as its note wants them; gestures never go back in time."""
+    place, damped = [0.0] * 6, [False] * 6
+    log = dict(enumerate(bench.log))
+    frames = [frame for frame, _, _, _ in bench.gestures]
+    assert frames == sorted(frames)
+    for frame, kind, s, p in bench.gestures:
+        if kind == do.PRESS:
+            assert place[s] == 0.0, "a finger lands on a string that has none"
+            place[s] = p[0]
+        elif kind == do.LIFT:
+            assert place[s] > 0.0
+            place[s] = 0.0
+        elif kind == do.DAMP:
+            damped[s] = True
+        elif kind == do.UNDAMP:
+            damped[s] = False
+        elif kind == do.PLUCK:
+            note = log[int(p[4])]
+            assert note["string"] == s and note["release_frame"] == frame + bench.lead
+            wanted = bench.places[s][note["fret"]] if note["fret"] else 0.0
+            assert place[s] == wanted and not damped[s]

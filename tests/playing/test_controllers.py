@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from player_bench import Bench
+from player_bench import Bench, check_plucks
 
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
@@ -156,9 +156,14 @@ def test_all_sound_off_in_the_frame_of_a_note_still_damps_it():
     bench = Bench()
     bench.on(1000, 41)
     bench.off(1500, 41)
-    bench.on(20000, 43)
-    bench.cc(20000, 120, 0)
+    bench.on(4000, 43)  # while the finger is still down at the first fret
+    bench.cc(4000, 120, 0)
+    bench.finish()
+    check_plucks(bench)
+    assert [kind for _, kind, s, _ in bench.gestures if s == 0][-6:-2] == [do.LIFT, do.PRESS, do.PLUCK, do.DAMP]
     bench.on(20000, 41)
+    bench.cc(20000, 120, 0)
+    bench.on(20000, 42)
     bench.cc(20000, 120, 0)
     bench.finish()
     assert bench.held() == {} and all(string.sounding == -1 and string.place == 0.0 for string in bench.strings)
