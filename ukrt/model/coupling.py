@@ -91,7 +91,7 @@ class Bridge:
     def __init__(self, guitar, others="damped", split_hz=SPLIT_HZ):
         if others not in OTHERS:
             raise ValueError(f"others is {others!r}, but it must be one of {', '.join(OTHERS)}")
-        self.body, self.ends = body_modes(guitar.body), bridge_ends(guitar.body)
+        self.body, self.ends, self.split_hz = body_modes(guitar.body), bridge_ends(guitar.body), split_hz
         self.weights = end_weights([string.bridge_position for string in guitar.strings])
         self.loads = []
         if others != "absent" and self.body.count:

@@ -132,7 +132,7 @@ def check(rule, value, key):
         case "flag":
             ok = isinstance(value, bool)
         case "text":
-            ok = isinstance(value, str)
+            ok = isinstance(value, str) and value.encode("utf-8", "replace").decode() == value  # no lone surrogates
         case "choice":
             ok = value in rule.choices
         case "part":

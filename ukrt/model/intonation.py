@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..errors import ParameterError
 from ..units import cents_to_ratio, midi_to_hz, ratio_to_cents
-from .coupling import Bridge, Characteristic, HeldString
+from .coupling import SPLIT_HZ, Bridge, Characteristic, HeldString
 from .parameters import Basis, Radiation
 from .poles import slowest_pole, stopped, with_tensions
 from .strings import REFERENCE_HZ, ideal_open_hz, retuned
@@ -23,7 +24,8 @@ COARSE_HZ = 20e3  # modes for the search; the solution is then polished with all
 STARTS = (0.5, 3.0, 8.0, 20.0)  # decay rates 1/s to start from: 0.5 free string, 20 a strongly damped body mode
 LARGEST_MOVE = np.array([8.0, 40.0])  # 1/s and cents in one step of the search
 FARTHEST = 300.0  # cents between a note and the knob's starting value beyond which a solution is not believed
-WOLF_CENTS = np.arange(-200.0, 201.0, 4.0)  # settings that are tried where none is in tune
+WOLF_CENTS = np.arange(-60.0, 61.0, 2.0)  # settings that are tried where none is in tune: not as far as the next fret
+CLEARANCE = 2e-3  # m that the finger's last contact keeps from the nut
 IN_TUNE = 1e-3  # cents between the slowest pole and the note
 
 
@@ -71,11 +73,12 @@ def geometric_places(string, frets):
 
 @functools.lru_cache(maxsize=32)
 def _solved(guitar):
-    others = "damped" if guitar.damper.places else "absent"
+    top = max(_target_hz(guitar, one, guitar.playing.frets) for one in guitar.strings)
+    options = {"others": "damped" if guitar.damper.places else "absent", "split_hz": max(SPLIT_HZ, 5.0 * top)}
     equal = guitar.tuning.mode == "equal"
-    tensions = _open_tensions(guitar, others) if equal else np.array([one.tension for one in guitar.strings])
+    tensions = _open_tensions(guitar, options) if equal else np.array([one.tension for one in guitar.strings])
     tuned = with_tensions(guitar, tensions)
-    bridge = Bridge(tuned, others)
+    bridge = Bridge(tuned, **options)
     rows = [_one_string(tuned, bridge, n, equal) for n in range(len(tuned.strings))]
     out = Intonation(tensions, *(np.array(column) for column in zip(*rows, strict=True)))
     for array in (out.tensions, out.places, out.cents_left, out.decay_rates):
@@ -83,30 +86,45 @@ def _solved(guitar):
     return out
 
 
-def _open_tensions(guitar, others):
+def _open_tensions(guitar, options):
     """Tensions [N] that put all open strings in tune together: each depends a little on the others through the body."""
-    strings = [retuned(one, ratio_to_cents(_target_hz(guitar, one) / ideal_open_hz(one))) for one in guitar.strings]
+    strings = list(guitar.strings)
+    for n, one in enumerate(strings):
+        _retune(strings, n, ratio_to_cents(_target_hz(guitar, one) / ideal_open_hz(one)))
     rates = [None] * len(strings)
     for _ in range(8):
         guitar = replace(guitar, strings=tuple(strings))
-        bridge, moved = Bridge(guitar, others), 0.0
-        for n, one in enumerate(strings):
-            cents, rates[n] = _tune(_OpenString(guitar, bridge, n), rates[n])
-            strings[n] = retuned(one, float(cents[0]))
+        bridge, moved = Bridge(guitar, **options), 0.0
+        for n in range(len(strings)):
+            cents, _, rates[n] = _tune(_OpenString(guitar, bridge, n), rates[n])
+            _retune(strings, n, float(cents[0]))
             moved = max(moved, abs(float(cents[0])))
         if moved < 1e-5:
             break
     return np.array([one.tension for one in strings])
 
 
+def _retune(strings, n, cents):
+    """Change string ``n`` in place; a pitch that no legal tension gives is refused by the name of its note."""
+    try:
+        strings[n] = retuned(strings[n], cents)
+    except ParameterError as error:
+        words = f"on this string it would need a tension of {error.value:.3g} N, and {error.legal}"
+        raise ParameterError(f"strings.{n}.note", strings[n].note, words) from None
+
+
 def _one_string(guitar, bridge, string, equal):
     """Row of places, of remaining cents and of decay rates of one string."""
-    left, rate = _heard(_OpenString(guitar, bridge, string), np.zeros(1))
+    note = _OpenString(guitar, bridge, string)
+    left, rate = _heard(note, np.zeros(1), near=None if equal else note.expected(np.zeros(1)))
     places, cents, rates = [np.zeros(1)], [left], [rate]
     if guitar.playing.frets:
         note = _FrettedString(guitar, bridge, string)
-        setting = _tune(note)[0] if equal else np.zeros(guitar.playing.frets)
-        left, rate = _heard(note, setting)
+        if equal:
+            setting, left, rate = _tune(note)
+        else:
+            setting = np.zeros(guitar.playing.frets)
+            left, rate = _heard(note, setting, near=note.expected(setting))
         places, cents, rates = [*places, note.places(setting)], [*cents, left], [*rates, rate]
     return np.concatenate(places), np.concatenate(cents), np.concatenate(rates)
 
@@ -115,7 +133,15 @@ def _target_hz(guitar, string, frets=0):
     return midi_to_hz(string.note + frets, guitar.tuning.a4_hz)
 
 
-class _OpenString:
+class _Note:
+    """What open and stopped notes of a string share."""
+
+    def expected(self, cents):
+        """Angular frequency [rad/s] that a flexible string of the free length would have."""
+        return np.pi * self.string.wave_speed / self.free_length(cents)
+
+
+class _OpenString(_Note):
     """An open string whose knob is its tension, in cents of a flexible string's pitch."""
 
     def __init__(self, guitar, bridge, string):
@@ -128,10 +154,12 @@ class _OpenString:
     def characteristic(self, cents, hz=REFERENCE_HZ, notes=None):
         """F(s) at one setting for each s, with modes to ``hz``; ``notes`` tells which note each one is."""
         tension = self.string.tension * cents_to_ratio(2.0 * np.asarray(cents))
-        return Characteristic(self.bridge, self.index, HeldString(self.string, tension=tension, reference_hz=hz))
+        return Characteristic(
+            self.bridge, self.index, HeldString(self.string, (), None, tension, self.bridge.split_hz, hz)
+        )
 
 
-class _FrettedString:
+class _FrettedString(_Note):
     """All stopped notes of a string; the knob is the finger's place, in cents of the length that is left."""
 
     def __init__(self, guitar, bridge, string):
@@ -139,22 +167,25 @@ class _FrettedString:
         frets = guitar.playing.frets
         self.omega = 2.0 * np.pi * _target_hz(guitar, self.string, np.arange(1, frets + 1))
         self.geometric = geometric_places(self.string, frets)[1:]
+        behind = min(contact.offset for contact in guitar.finger.contacts)
+        self.longest = self.string.length + behind - CLEARANCE
 
     def free_length(self, cents, notes=None):
         geometric = self.geometric if notes is None else self.geometric[notes]
-        return (self.string.length - geometric) * cents_to_ratio(-np.asarray(cents))
+        return np.minimum((self.string.length - geometric) * cents_to_ratio(-np.asarray(cents)), self.longest)
 
     def places(self, cents, notes=None):
         return self.string.length - self.free_length(cents, notes)
 
     def characteristic(self, cents, hz=REFERENCE_HZ, notes=None):
         """F(s) at one setting for each s, with modes to ``hz``; ``notes`` tells which note each one is."""
-        held = stopped(self.guitar, self.index, self.places(cents, notes), reference_hz=hz)
+        held = stopped(self.guitar, self.index, self.places(cents, notes), self.bridge.split_hz, hz)
         return Characteristic(self.bridge, self.index, held)
 
 
 def _tune(note, rate=None):
-    """Knob settings [cents] and decay rates [1/s] that put the slowest pole of every note on its frequency."""
+    """Knob settings [cents] that put the slowest pole of every note on its frequency, what is left [cents] and the
+    decay rates [1/s]; ``rate`` is a guess of these."""
     every = np.arange(len(note.omega))
     cents = np.zeros(len(every))
     if rate is None:
@@ -166,10 +197,10 @@ def _tune(note, rate=None):
         rate, cents = np.where(usable, rate, 3.0)[best], np.where(usable, cents, 0.0)[best]
     rate, cents, found = _on_line(note, every, rate, cents, REFERENCE_HZ, 8)
     cents = np.where(found & (np.abs(cents) < FARTHEST), cents, 0.0)
-    left, _ = _heard(note, cents, rate)
+    left, rate = _heard(note, cents, rate)
     for n in np.flatnonzero(~(np.abs(left) < IN_TUNE)):
-        cents[n] = _least_wolf(note, n)
-    return cents, rate
+        cents[n], left[n], rate[n] = _least_wolf(note, n)
+    return cents, left, rate
 
 
 def _on_line(note, notes, rate, cents, hz, steps):
@@ -197,15 +228,17 @@ def _on_line(note, notes, rate, cents, hz, steps):
     return rate, cents, found
 
 
-def _heard(note, cents, rate=3.0, notes=None):
-    """Cents between the slowest pole and the note, and its decay rate, at given settings."""
+def _heard(note, cents, rate=3.0, notes=None, near=None):
+    """Cents between the slowest pole and the note, and its decay rate, at given settings; the pole is looked for beside
+    the note or, where it may be far from that, beside ``near`` [rad/s]."""
     omega = note.omega if notes is None else note.omega[notes]
-    function = note.characteristic(cents, notes=notes)
-    pole = slowest_pole(function, -rate + 1j * omega, note.string, note.free_length(cents, notes))
+    function, near = note.characteristic(cents, notes=notes), omega if near is None else near
+    pole = slowest_pole(function, -rate + 1j * near, note.string, note.free_length(cents, notes))
     return ratio_to_cents(np.abs(pole.imag) / omega), -pole.real
 
 
 def _least_wolf(note, n):
-    """Setting [cents] at which the slowest pole of note ``n`` comes nearest to it, out of a list."""
-    left, _ = _heard(note, WOLF_CENTS, notes=np.full(len(WOLF_CENTS), n))
-    return WOLF_CENTS[np.nanargmin(np.abs(left))]
+    """Setting [cents], out of a list, at which the slowest pole of note ``n`` comes nearest to it; cents left, rate."""
+    left, rate = _heard(note, WOLF_CENTS, notes=np.full(len(WOLF_CENTS), n))
+    best = np.nanargmin(np.abs(left))
+    return WOLF_CENTS[best], left[best], rate[best]

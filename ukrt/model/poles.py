@@ -13,6 +13,7 @@ LARGEST_STEP = 40.0  # 1/s in one Newton step: about half the distance between n
 NEARNESS_CENTS = 250.0  # poles this near to a partial can share it
 OWN = 0.72  # a pole with more than this of the string's motion is the partial's own, and no other can be meant
 SHARED = 0.4  # of the largest participation; with less it is the body's or that of the dead length behind a finger
+SEARCH_STEPS = 15
 BESIDE = (-25.0, 25.0)  # cents: further starts of the search for poles that share a partial
 
 
@@ -121,7 +122,7 @@ def _slowest_of_several(function, partial, pole, string, free_length):
         starts += [modes[order[:, rank]] + (0.5 + 0.5j) for rank in range(min(2, len(modes)))]
     poles, usable = [pole], [np.ones(len(pole), bool)]
     for start in starts:  # beside the body's own poles, where Z is infinite
-        other, found = newton(function, start, known=[pole])
+        other, found = newton(function, start, known=[pole], steps=SEARCH_STEPS)
         poles.append(other)
         usable.append(found)
     poles = np.array(poles)
