@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 import soundfile
 
-import ukrt
+import ukrt.cli.play
 from ukrt.cli.main import main
 from ukrt.drivers.midi_file import load_midi_file
+
+
+@pytest.fixture(autouse=True)
+def short_tail(monkeypatch):
+    """Open strings ring for many seconds, in which nothing new would be seen."""
+    monkeypatch.setattr(ukrt.cli.play, "_TAIL_SECONDS", 0.2)
 
 
 def recording(folder):
@@ -21,8 +27,7 @@ def recording(folder):
 
 def test_a_piece_is_played_on_the_null_output_and_kept(capsys, tmp_path, monkeypatch, piece):
     monkeypatch.chdir(tmp_path)
-    quickly = ["--audio-out", "null", "--midi-in", "none", "--set", "playing.idle_strings=damped"]
-    assert main(["play", str(piece), *quickly, "--block", "256"]) == 0
+    assert main(["play", str(piece), "--audio-out", "null", "--midi-in", "none", "--block", "256"]) == 0
     out, err = capsys.readouterr()
     heard = recording(tmp_path)
     assert "null output" in err and heard.name in err
@@ -35,10 +40,9 @@ def test_a_piece_is_played_on_the_null_output_and_kept(capsys, tmp_path, monkeyp
 def test_what_was_played_is_what_would_be_rendered(tmp_path, monkeypatch, piece):
     """The live path, its thread and its clock add nothing but a delay of whole frames."""
     monkeypatch.chdir(tmp_path)
-    quickly = ["--audio-out", "null", "--midi-in", "none", "--set", "playing.idle_strings=damped"]
-    assert main(["play", str(piece), *quickly]) == 0
+    assert main(["play", str(piece), "--audio-out", "null", "--midi-in", "none"]) == 0
     played, _ = soundfile.read(recording(tmp_path), always_2d=True, dtype="float64")
-    rendered, _ = ukrt.render(piece, overrides={"playing.idle_strings": "damped"})
+    rendered, _ = ukrt.render(piece)
     rendered = rendered[: int(0.5 * 48000)]
     start = np.flatnonzero(np.abs(played).max(axis=1) > 0)[0] - np.flatnonzero(np.abs(rendered).max(axis=1) > 0)[0]
     best = min(

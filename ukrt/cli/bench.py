@@ -40,12 +40,12 @@ class Case:
 
 
 CASES = (
-    Case("whole", "whole engine, G major, three strings stopped by three contacts each"),
-    Case("barre", "whole engine, F major barre, all six strings stopped by three contacts each", F_BARRE),
-    Case("open", "whole engine, open strings, no contact", OPEN),
-    Case("one-contact", "whole engine, G major, one contact a stopped string", contacts=1),
-    Case("linear", "whole engine, G major, without tension modulation", tension_modulation=False),
-    Case("bridge-force", "strings and body only, G major, without convolution", signal="bridge-force"),
+    Case("whole", "whole engine, G major, three strings stopped, by three contacts each"),
+    Case("barre", "the same with an F major barre, all six strings stopped", F_BARRE),
+    Case("open", "the same with open strings, no contact", OPEN),
+    Case("one-contact", "whole with one contact on each stopped string", contacts=1),
+    Case("linear", "whole without tension modulation (Kirchhoff-Carrier)", tension_modulation=False),
+    Case("bridge-force", "whole without convolution", signal="bridge-force"),
 )
 
 
@@ -70,17 +70,18 @@ def run(args):
     """Measure all cases and print them."""
     guitar = load_guitar(args)
     with one_core() as core:
-        results = [measure(case, guitar, args.rate, args.block, args.seconds) for case in CASES]
+        results = measure(CASES, guitar, args.rate, args.block, args.seconds)
     report = {
         "preset": guitar.name,
         "rate_hz": args.rate,
         "block_frames": args.block,
         "period_ms": 1e3 * args.block / args.rate,
+        "response_s": RESPONSE_SECONDS,
         "seconds": args.seconds,
         "runs": RUNS,
         "machine": {"processor": _processor(), "core": core, "python": platform.python_version()},
         "cases": results,
-        "parts_percent": _parts({r["name"]: r for r in results}),
+        "parts_percent": _parts({r["name"]: r["block_us"]["p50"] for r in results}),
     }
     if args.json:
         print(json.dumps(report, indent=2))
@@ -91,12 +92,15 @@ def run(args):
 
 @contextlib.contextmanager
 def one_core():
-    """Keep this thread on one core where the system can; gives the core's number or None."""
+    """Keep this process on the core that has least to do, where the system can; gives the core's number or None."""
     if not hasattr(os, "sched_setaffinity"):
         yield None
         return
     before = os.sched_getaffinity(0)
-    core = max(before)
+    first = _idle_ticks()
+    time.sleep(0.3)
+    last = _idle_ticks()
+    core = max(before, key=lambda number: (last.get(number, 0) - first.get(number, 0), number))
     os.sched_setaffinity(0, {core})
     try:
         yield core
@@ -104,29 +108,45 @@ def one_core():
         os.sched_setaffinity(0, before)
 
 
-def measure(case, guitar, rate, block, seconds):
-    """Run one case; returns a dict of times real time (median and all runs) and quantiles of the blocks' times."""
+def measure(cases, guitar, rate, block, seconds):
+    """Run all cases in turns, so that what else the machine does falls on all of them alike.
+
+    Returns
+    -------
+    list of dict
+        For each case the times real time (median and all runs) and quantiles of the blocks' times [us].
+    """
     import numpy as np
 
-    engine = make_engine(
-        _variant(case, guitar), rate, signal=case.signal, impulse_response=_response(case, guitar, rate)
-    )
+    engines = [
+        make_engine(_variant(c, guitar), rate, signal=c.signal, impulse_response=_response(c, guitar, rate))
+        for c in cases
+    ]
     n_blocks = max(1, int(round(seconds * rate / block)))
-    out = np.zeros((block, engine.channels))
-    _play(engine, case.chord, out, int(round(rate / block)))  # a second to warm up
-    nanoseconds = np.array([_play(engine, case.chord, out, n_blocks) for _ in range(RUNS)], dtype=float)
-    audible = len({note["string"] for note in engine.note_log() if note["midi"] in case.chord})
-    engine.close()
-    speeds = n_blocks * block / rate / (nanoseconds.sum(axis=1) * 1e-9)
-    quantiles = np.quantile(nanoseconds * 1e-6, (0.5, 0.99, 0.999, 1.0))
-    return {
-        "name": case.name,
-        "words": case.words,
-        "strings_plucked": audible,
-        "times_real_time": float(np.median(speeds)),
-        "times_real_time_runs": [float(s) for s in speeds],
-        "block_ms": dict(zip(("p50", "p99", "p99.9", "max"), map(float, quantiles), strict=True)),
-    }
+    outs = [np.zeros((block, engine.channels)) for engine in engines]
+    for case, engine, out in zip(cases, engines, outs, strict=True):
+        _play(engine, case.chord, out, int(round(rate / block)))  # a second to warm up
+    times = np.zeros((len(cases), RUNS, n_blocks))  # ns
+    for turn in range(RUNS):
+        for k, (case, engine, out) in enumerate(zip(cases, engines, outs, strict=True)):
+            times[k, turn] = _play(engine, case.chord, out, n_blocks)
+    results = []
+    for k, (case, engine) in enumerate(zip(cases, engines, strict=True)):
+        speeds = n_blocks * block / rate / (times[k].sum(axis=1) * 1e-9)
+        quantiles = np.quantile(times[k] * 1e-3, (0.5, 0.99, 0.999, 1.0))
+        plucked = {note["string"] for note in engine.note_log() if note["string"] is not None}
+        results.append(
+            {
+                "name": case.name,
+                "words": case.words,
+                "strings_plucked": len(plucked),
+                "times_real_time": float(np.median(speeds)),
+                "times_real_time_runs": [float(s) for s in speeds],
+                "block_us": dict(zip(("p50", "p99", "p99.9", "max"), map(float, quantiles), strict=True)),
+            }
+        )
+        engine.close()
+    return results
 
 
 def _play(engine, chord, out, n_blocks):
@@ -168,19 +188,28 @@ def _response(case, guitar, rate):
     return dataclasses.replace(response, samples=samples)
 
 
-def _parts(results):
-    """Share of each part in the time of the whole engine [%], from pairs of cases that differ only in it."""
-    cost = {name: 1.0 / result["times_real_time"] for name, result in results.items()}
+def _parts(cost):
+    """Share of each part in a block of the whole engine [%], from pairs of cases that differ only in it.
+
+    Taken from the median block, which other processes on the machine hardly touch.
+    """
     whole = cost["whole"]
-    return {
-        "convolution": 100.0 * (whole - cost["bridge-force"]) / whole,
-        "tension modulation": 100.0 * (whole - cost["linear"]) / whole,
-        "contacts of three stopped strings": 100.0 * (whole - cost["open"]) / whole,
-        "second and third contact": 100.0 * (whole - cost["one-contact"]) / whole,
-        "strings and body without these": 100.0
-        * (cost["open"] + cost["bridge-force"] + cost["linear"] - 2 * whole)
-        / whole,
+    shares = {
+        "convolution": whole - cost["bridge-force"],
+        "tension modulation": whole - cost["linear"],
+        "contacts of the three stopped strings": whole - cost["open"],
+        "of these, the second and third contact": whole - cost["one-contact"],
+        "open strings and body": cost["open"] + cost["bridge-force"] + cost["linear"] - 2 * whole,
     }
+    return {name: 100.0 * share / whole for name, share in shares.items()}
+
+
+def _idle_ticks():
+    """Idle time of each core so far (dict of int); empty where the system does not tell."""
+    with contextlib.suppress(OSError), open("/proc/stat", encoding="ascii") as lines:
+        rows = [line.split() for line in lines if line.startswith("cpu") and line[3].isdigit()]
+        return {int(row[0][3:]): int(row[4]) for row in rows}
+    return {}
 
 
 def _processor():
@@ -199,22 +228,24 @@ def _print(report):
     console = Console(highlight=False, soft_wrap=True)
     console.print(
         f"{report['preset']} at {report['rate_hz']} Hz, blocks of {report['block_frames']} frames "
-        f"({report['period_ms']:.3f} ms), {RESPONSE_SECONDS:g} s of stereo convolution, "
-        f"{report['runs']} runs of {report['seconds']:g} s on one core of {report['machine']['processor']}"
+        f"({1e3 * report['period_ms']:.0f} us), {report['response_s']:g} s of stereo convolution;\n"
+        f"median of {report['runs']} runs of {report['seconds']:g} s on one core of {report['machine']['processor']};\n"
+        "times of blocks in us"
     )
     table = Table(box=box.SIMPLE)
-    table.add_column("case")
-    for name in ("x real time", "p50/us", "p99/us", "p99.9/us", "max/us", "p99.9/period"):
-        table.add_column(name, justify="right")
+    table.add_column("case", no_wrap=True)
+    for name in ("x real time", "p50", "p99", "p99.9", "max", "p99.9 of period"):
+        table.add_column(name, justify="right", no_wrap=True)
     for case in report["cases"]:
-        times = case["block_ms"]
-        microseconds = [f"{1e3 * t:.0f}" for t in times.values()]
-        share = f"{100 * times['p99.9'] / report['period_ms']:.1f} %"
-        table.add_row(case["words"], f"{case['times_real_time']:.1f}", *microseconds, share)
+        times = case["block_us"]
+        share = f"{0.1 * times['p99.9'] / report['period_ms']:.1f} %"
+        table.add_row(case["name"], f"{case['times_real_time']:.1f}", *(f"{t:.0f}" for t in times.values()), share)
     console.print(table)
+    for case in report["cases"]:
+        console.print(f"  {case['name']:<13} {case['words']}")
     parts = Table(box=box.SIMPLE)
     parts.add_column("part")
-    parts.add_column("share of the whole", justify="right")
+    parts.add_column("of a median block", justify="right")
     for name, percent in report["parts_percent"].items():
         parts.add_row(name, f"{percent:.0f} %")
     console.print(parts)
