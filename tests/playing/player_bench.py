@@ -50,8 +50,8 @@ class Bench:
         self.places = np.array([[s.length * (1 - 2 ** (-n / 12)) for n in frets] for s in self.guitar.strings])
         self.d = np.zeros(layout.D_SIZE)
         self.i = np.zeros(layout.I_SIZE, dtype=np.int64)
-        make_player_tables(self.guitar, SimpleNamespace(places=self.places), RATE, self.d, self.i)
         player_reset(self.d, self.i)
+        make_player_tables(self.guitar, SimpleNamespace(places=self.places), RATE, self.d, self.i)
         self.open = [s.note for s in self.guitar.strings]
         self.strings = [BenchString() for _ in self.open]
         self.lead = int(self.i[at.I_LEAD])

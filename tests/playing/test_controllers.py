@@ -7,6 +7,7 @@ from player_bench import Bench, check_plucks
 
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
+from ukrt.engine.kernels.player import player_reset
 
 
 def tension_after(bench, s, bend, channel=0):
@@ -64,6 +65,14 @@ def test_bend_changes_tension_by_the_square_of_the_pitch_ratio():
     assert tension_after(bench, s, 4096) == pytest.approx(2 ** (1 / 6), rel=1e-12)
     assert tension_after(bench, s, -8192) == pytest.approx(2 ** (-2 / 6), rel=1e-12)
     assert tension_after(bench, s, 0) == 1.0
+
+
+@pytest.mark.parametrize("semitones", ["0", "0.5", "12"])
+def test_the_presets_bend_range_holds_before_any_rpn(semitones):
+    bench = Bench({"playing.bend_range_semitones": semitones})
+    player_reset(bench.d, bench.i)
+    bench.on(0, 60)
+    assert tension_after(bench, bench.log[0]["string"], -8192) == pytest.approx(2 ** (-float(semitones) / 6), rel=1e-12)
 
 
 def test_a_bend_moves_its_own_channels_strings_only_and_acts_with_the_notes_delay():

@@ -12,7 +12,7 @@ FRET_ROW = 32  # frets of one string in the table of places
 MAX_GROUP = 16  # notes of one frame that are weighed against each other; > MAX_STRINGS, so dropped ones can give way
 LOG_CAPACITY = 16384  # notes the log holds; older ones are overwritten and counted
 CHANNELS = 16
-SEARCH_NODES = 4096  # partial assignments looked at for one chord before the best one found is taken
+SEARCH_NODES = 1024  # partial assignments looked at for one chord before the best one found is taken
 
 # Rules -------------------------------------------------------------------------------------------------------------
 PERCUSSION_CHANNEL = 9  # channel 10 in a musician's count
@@ -139,7 +139,7 @@ I_NEXT_SEQ = I_STARTED + 2
 S_TENSION_FRAME = I_STARTED + 8  # frame of the last tension gesture
 I_CHANNEL = S_TENSION_FRAME + ROW
 C_BEND = I_CHANNEL + 0 * CHANNELS  # -8192 .. 8191
-C_RANGE = I_CHANNEL + 1 * CHANNELS  # cents
+C_RANGE = I_CHANNEL + 1 * CHANNELS  # cents, -1: as the preset has it
 C_RPN = I_CHANNEL + 2 * CHANNELS  # msb * 128 + lsb, RPN_NULL, or NRPN
 C_PEDAL = I_CHANNEL + 3 * CHANNELS
 I_OWED = I_CHANNEL + 4 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key

@@ -16,9 +16,15 @@ SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
 
 
 @kernel
+def bend_range(i, channel):
+    """The channel's bend range [cents]: what RPN 0 has set, else the preset's."""
+    return i[at.C_RANGE + channel] if i[at.C_RANGE + channel] >= 0 else i[at.I_BEND_RANGE]
+
+
+@kernel
 def follow_bend(d, i, frame, channel):
     """Work out the channel's tension ratio and, if it has changed, bring its sounding strings to it."""
-    wanted = i[at.C_BEND + channel] * i[at.C_RANGE + channel] / 8192.0
+    wanted = i[at.C_BEND + channel] * bend_range(i, channel) / 8192.0
     cents = max(-at.MAX_BEND_CENTS, min(at.MAX_BEND_CENTS, wanted))
     ratio = 2.0 ** (cents / 600.0)  # frequency goes with the root of the tension
     if d[at.D_BEND + channel] == ratio:
@@ -37,7 +43,7 @@ def _data_entry(i, channel, controller, value):
     if i[at.C_RPN + channel] != 0:
         count(i, at.RPN_IGNORED)
         return
-    cents = i[at.C_RANGE + channel]
+    cents = bend_range(i, channel)
     if controller == DATA_MSB:
         cents = value * 100 + cents % 100
     elif controller == DATA_LSB:
@@ -122,7 +128,7 @@ def control_change(d, i, frame, channel, controller, value):
 def clear_channel(d, i, channel):
     """A channel as it is at power-up."""
     i[at.C_BEND + channel] = 0
-    i[at.C_RANGE + channel] = i[at.I_BEND_RANGE]
+    i[at.C_RANGE + channel] = -1
     i[at.C_RPN + channel] = at.RPN_NULL
     i[at.C_PEDAL + channel] = 0
     d[at.D_BEND + channel] = 1.0
