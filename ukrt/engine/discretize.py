@@ -82,7 +82,7 @@ def fill_instance(d, i, guitar, intonation, sample_rate):
     d[:], i[:] = 0.0, 0
     i[at.H_MAGIC], i[at.H_VERSION] = at.MAGIC, at.VERSION
     i[at.H_STRINGS] = len(guitar.strings)
-    i[at.H_GROUPS] = -(-len(guitar.strings) // 8)
+    
     i[at.H_FINGER], i[at.H_DAMPER] = len(guitar.finger.contacts), len(guitar.damper.places)
     i[at.H_PORTS] = 1
     meter = at.METER

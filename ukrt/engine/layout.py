@@ -99,8 +99,7 @@ _D, D_SIZE = _sections(
         "FIN_B": PORTS * LANES,
         "FIN_G": PORTS * LANES,
         "SLIDE": MAX_TILES * 4 * COLUMNS,  # change of each column per sample while a finger slides
-        "TMP": (5 * PORTS + 8) * LANES,
-        "PAIR": 16,  # sums over strings, then the bridge's place and slope, then the forces that belong to them
+        "PAIR": 8,  # the strings' force on the bridge, and its moment about the bass end
         "BODY_X": MAX_BODY_MODES,
         "BODY_XS": MAX_BODY_MODES,
         "BODY_A": MAX_BODY_MODES,
@@ -136,11 +135,11 @@ globals().update(_I)
 
 # HEAD --------------------------------------------------------------------------------------------------------------
 (
-    H_MAGIC, H_VERSION, H_STRINGS, H_GROUPS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
+    H_MAGIC, H_VERSION, H_STRINGS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
     H_MIDI_WRITE, H_MIDI_READ, H_MIDI_DROPPED, H_MIDI_LATE, H_MIDI_COUNT, H_GESTURES, H_GESTURES_DONE, H_GESTURES_DROPPED,
     H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_LEAD, H_SERIAL, H_MAX_TICKS, H_TICKS, H_FRAMES_LIVE, H_FINGER,
     H_DAMPER, H_STREAM_FLAGS, H_UNDERFLOWED, H_MAX_BLOCK, H_CLIPPED,
-) = range(34)  # fmt: skip
+) = range(33)  # fmt: skip
 
 # METER (in d) ------------------------------------------------------------------------------------------------------
 M_PEAK, M_RATE, M_MATCH, M_TICKS_PER_FRAME, M_GAIN = range(5)
