@@ -58,7 +58,7 @@ def run(d, i, n_blocks, block):
 
 @numba.njit(error_model="numpy")
 def largest_growth(d, i, n_blocks, block, scale):
-    """Advance; the largest growth of energy over a block without gesture, over the largest energy seen (``scale[0]``)."""
+    """Advance; the largest growth over a block without gesture, over the largest energy (``scale[0]``)."""
     growth, last = 0.0, total_energy(d, i)
     for _ in range(n_blocks):
         busy = i[at.H_BUSY]

@@ -1,8 +1,8 @@
 """A meter beside the engine's loop: where each sample's energy came from and where it went.
 
-It runs the engine's own kernels one by one and evaluates, from the states before and after, the work of plucks, the work of
-constraints (moving offsets, moving contacts) and the losses of every mode, each by its own formula. What is left between two
-samples are the jumps at gestures: new ports, lifted fingers, changed tension.
+It runs the engine's own kernels one by one and evaluates, from the states before and after, the work of plucks, the
+work of constraints (moving offsets, moving contacts) and the losses of every mode, each by its own formula. What is
+left between two samples are the jumps at gestures: new ports, lifted fingers, changed tension.
 """
 
 import numba

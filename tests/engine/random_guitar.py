@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-
 from engine.bench import on_bench
+
 from ukrt.errors import ParameterError
 from ukrt.model.parameters import Basis, Body, Contact, String
 from ukrt.model.presets import load_preset

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from engine.bench import add, classical, fret_place, on_bench, run, undamped
 from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
+
 from ukrt.engine import gestures
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.energy import string_energy, total_energy
@@ -103,7 +103,7 @@ def _lifted(name, ledger):
 
 
 def test_release_drops_only_what_the_basis_cannot_hold():
-    """The energy that leaves at the release is at most that of the cut modes' deflection, F^2 / 2 times their compliance."""
+    """The energy that leaves at the release is at most the cut modes' share, F^2 / 2 times their compliance."""
     guitar = classical(axial_stiffness=0.0)
     d, i = on_bench(guitar)
     _pluck(d, i, HIGH_E, 5.0, place=0.85, angle=0.0)

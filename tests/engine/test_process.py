@@ -1,12 +1,10 @@
-"""The callback as hosts see it: block sizes, doubles and floats, late and lost messages, recovery from what is no number."""
-
-import ctypes
+"""The callback as hosts see it: block sizes, doubles and floats, late and lost messages, recovery from NaN."""
 
 import numpy as np
 import pytest
 
 from ukrt.engine import layout as at
-from ukrt.engine.engine import Engine
+from ukrt.engine.engine import CALLBACK, Engine
 from ukrt.errors import ParameterError
 from ukrt.model.presets import load_preset
 
@@ -65,8 +63,7 @@ def test_the_card_gets_the_same_samples_as_floats_with_gain():
     engine.output_gain = 0.25
     for message in _messages():
         engine.send(*message)
-    kind = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 2, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p)
-    call = kind(engine.callback_address)
+    call = CALLBACK(engine.callback_address)
     out = np.zeros((FRAMES, 2), np.float32)
     for start in range(0, FRAMES, 160):
         assert call(None, out[start:].ctypes.data, 160, None, 4 if start == 320 else 0, engine.userdata_address) == 0
@@ -76,10 +73,9 @@ def test_the_card_gets_the_same_samples_as_floats_with_gain():
 
 def test_a_block_larger_than_prepared_is_computed_in_pieces():
     engine = Engine(load_preset("classical"), 48000.0, max_block=64)
-    kind = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 2, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p)
     out = np.zeros((16384, 2), np.float32)
     engine.send(0, 0x90, 64, 100)
-    assert kind(engine.callback_address)(None, out.ctypes.data, 16384, None, 0, engine.userdata_address) == 0
+    assert CALLBACK(engine.callback_address)(None, out.ctypes.data, 16384, None, 0, engine.userdata_address) == 0
     assert np.abs(out[8000:]).max() > 0.0
     assert engine.frame == 16384
 
@@ -87,9 +83,8 @@ def test_a_block_larger_than_prepared_is_computed_in_pieces():
 def test_a_closed_instance_is_refused():
     engine = Engine(load_preset("classical"), 48000.0)
     engine.close()
-    kind = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_void_p] * 2, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p)
     out = np.zeros((64, 2), np.float32)
-    assert kind(engine.callback_address)(None, out.ctypes.data, 64, None, 0, engine.userdata_address) == 2
+    assert CALLBACK(engine.callback_address)(None, out.ctypes.data, 64, None, 0, engine.userdata_address) == 2
 
 
 @pytest.mark.parametrize("poison", [np.nan, np.inf])

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
 from engine.bench import largest_growth
 from engine.random_guitar import even_in_log, random_instance
+
 from ukrt.engine import gestures
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.hands import perform

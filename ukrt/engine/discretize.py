@@ -1,7 +1,8 @@
 """From physics to numbers that a machine can step: here, and only here, the sample rate enters.
 
-Enter a guitar, its intonation (tensions, fret places) and a sample rate; leave the flat arrays of an instance at rest: exact
-modal flow of strings, body and fingers (Gautschi's trigonometric integrator), tables of what the basis cuts, solver lanes.
+Enter a guitar, its intonation (tensions, fret places) and a sample rate; leave the flat arrays of an instance at rest:
+exact modal flow of strings, body and fingers (Gautschi's trigonometric integrator), tables of what the basis cuts,
+solver lanes.
 """
 
 from dataclasses import replace
@@ -82,7 +83,7 @@ def fill_instance(d, i, guitar, intonation, sample_rate):
     d[:], i[:] = 0.0, 0
     i[at.H_MAGIC], i[at.H_VERSION] = at.MAGIC, at.VERSION
     i[at.H_STRINGS] = len(guitar.strings)
-    
+
     i[at.H_FINGER], i[at.H_DAMPER] = len(guitar.finger.contacts), len(guitar.damper.places)
     i[at.H_PORTS] = 1
     meter = at.METER

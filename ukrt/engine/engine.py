@@ -1,7 +1,7 @@
 """The instrument as a thing that can be run: a guitar and a sample rate enter, blocks of samples leave.
 
-An `Engine` owns the arrays of one instance and calls one compiled C function on them; live, the audio driver calls the same
-function on the same arrays. It knows no clock and no device.
+An `Engine` owns the arrays of one instance and calls one compiled C function on them; live, the audio driver calls the
+same function on the same arrays. It knows no clock and no device.
 """
 
 import ctypes
@@ -24,6 +24,8 @@ from ukrt.radiation.impulse_response import load_impulse_response
 SIGNALS = {"pressure": at.SIGNAL_PRESSURE, "bridge-force": at.SIGNAL_FORCE, "strings": at.SIGNAL_STRINGS}
 MAX_BLOCK = 8192
 _SILENCE = np.zeros((1, 2, 2))
+_POINTER, _ULONG = ctypes.c_void_p, ctypes.c_ulong
+CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _ULONG, _POINTER, _ULONG, _POINTER)  # PaStreamCallback
 
 
 class Engine:
@@ -72,12 +74,10 @@ class Engine:
         self.lead_frames = max(1, round(guitar.pluck.duration * self.sample_rate))
         self._finish()
         self._words = self._make_instance()
-        self._function = ctypes.CFUNCTYPE(
-            ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p, ctypes.c_ulong, ctypes.c_void_p
-        )(callback.address)
+        self._function = CALLBACK(callback.address)
 
     def _finish(self):
-        """What an instance at rest needs beside its physics: the player, what is written out, and the counters' rates."""
+        """What an instance at rest needs beside its physics: player, output, the counters' rates."""
         i = self._i
         i[at.H_SIGNAL], i[at.H_CHANNELS] = SIGNALS[self.signal], self.channels
         i[at.H_CONVOLVE], i[at.H_LEAD] = self.signal == "pressure", self.lead_frames
@@ -161,7 +161,8 @@ class Engine:
     def process_into(self, out):
         """Compute the next frames into ``out``, a C-contiguous float64 array (n, channels)."""
         if out.dtype != np.float64 or not out.flags.c_contiguous or out.shape[1:] != (self.channels,):
-            raise ParameterError("out", f"{out.dtype} {out.shape}", f"it must be C-contiguous float64 (n, {self.channels})")
+            words = f"it must be C-contiguous float64 (n, {self.channels})"
+            raise ParameterError("out", f"{out.dtype} {out.shape}", words)
         if len(out):
             self._function(None, out.ctypes.data, len(out), None, at.DOUBLE_OUTPUT, self._words.ctypes.data)
 

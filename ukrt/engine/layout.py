@@ -10,7 +10,7 @@ coefficient tile is ``a b D`` then up to seven port columns, four modes each, sh
 MAGIC = 0x756B7274  # "ukrt"
 VERSION = 1
 
-# Capacities --------------------------------------------------------------------------------------------------------
+# Capacities ----------------------------------------------------------------------------------------------------------
 MAX_STRINGS = 12
 LANES = 16  # strings, padded to whole vectors of eight
 MAX_CONTACTS = 5  # per string: fingers and dampers together
@@ -23,7 +23,7 @@ MAX_GESTURES = 512
 MIDI_QUEUE = 16384  # messages
 CHUNK = 64  # frames between two absolute multiples of which nothing outside is looked at
 
-# Tiles -------------------------------------------------------------------------------------------------------------
+# Tiles ---------------------------------------------------------------------------------------------------------------
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
 COEF_A, COEF_B, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
@@ -32,7 +32,7 @@ COEF_TILE = 48  # six cache lines
 
 
 def _sections(start, sizes):
-    """Lay ``sizes`` (name -> length) one after another from ``start``, each on a 64-byte boundary; returns offsets, end."""
+    """Lay ``sizes`` (name -> length) one after another, each on a 64-byte boundary; returns offsets and the end."""
     offsets, at = {}, start
     for name, size in sizes.items():
         offsets[name] = at
@@ -40,13 +40,13 @@ def _sections(start, sizes):
     return offsets, at
 
 
-# Sums over a string's modes, kept as vectors of eight (4 Y, 4 Z) until the solver adds them up --------------------------
+# Sums over a string's modes, kept as vectors of eight (4 Y, 4 Z) until the solver adds them up -----------------------
 SUM_HH = 2 * COLUMNS  # sum (D x)^2
 SUM_HX = SUM_HH + 1  # sum (D x) x*
 SUMS = SUM_HX + 1  # before them: 2 j = sum column_j x*, 2 j + 1 = sum column_j D x
 ACC_STRIDE = 8 * LANES
 
-# Residual tables: functions of a distance on [0, L], see ports.py ------------------------------------------------------
+# Residual tables: functions of a distance on [0, L], see ports.py ----------------------------------------------------
 TABLE = 2049
 TABLES = 3  # static, at the matching frequency, damping
 
@@ -55,8 +55,8 @@ STRING_D_SIZE = 192
 (
     S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_AXIAL, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
     S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
-    S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Y1, S_PLUCK_Z, S_PLUCK_Z1, S_IMPEDANCE,
-) = range(26)  # fmt: skip
+    S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Z, S_IMPEDANCE,
+) = range(24)  # fmt: skip
 S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
 S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
 S_LAND_V = 56  # and the string's velocities there when the finger touched
@@ -65,13 +65,15 @@ S_PLUCK_W = 112  # A G phi at the pluck: PORTS
 
 STRING_I_SIZE = 32
 (
-    SI_TILE, SI_TILES, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH, SI_LAND_AT, SI_LAND_LENGTH,
-    SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT, SI_TENSION_LENGTH, SI_NOTE, SI_END, SI_EXTRA,
-) = range(19)  # fmt: skip
+    SI_TILE, SI_TILES, SI_END, SI_EXTRA, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH,
+    SI_LAND_AT, SI_LAND_LENGTH, SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT,
+    SI_TENSION_LENGTH,
+) = range(18)  # fmt: skip
 
-# One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -----------------
+# One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -------------
 CONTACT_SIZE = 8
-C_OFFSET, C_A, C_B, C_G, C_STATIC, C_LOSS, C_DAMPER = range(7)  # C_OFFSET of a damper: its place / L; C_DAMPER: c / sqrt(T mu)
+# The offset of a damper is its place / L, C_DAMPER its resistance / sqrt(T mu).
+C_OFFSET, C_A, C_B, C_G, C_STATIC, C_LOSS, C_DAMPER = range(7)
 
 PLAYER_D_SIZE = 32768
 PLAYER_I_SIZE = 131072
@@ -126,27 +128,27 @@ _I, I_SIZE = _sections(
         "STRING_I": MAX_STRINGS * STRING_I_SIZE,
         "GESTURES_I": MAX_GESTURES * 4,  # frame, kind, string, serial number
         "MIDI": MIDI_QUEUE * 2,  # frame, status << 16 | data1 << 8 | data2
-        "LOAD": 1024,  # LOAD_BINS, see below: blocks by the share of their period that they took  # histogram of block times
+        "LOAD": 1024,  # LOAD_BINS, see below: blocks by the share of their period that they took
         "PLAYER_I": PLAYER_I_SIZE,
     },
 )
 globals().update(_D)
 globals().update(_I)
 
-# HEAD --------------------------------------------------------------------------------------------------------------
+# HEAD ----------------------------------------------------------------------------------------------------------------
 (
     H_MAGIC, H_VERSION, H_STRINGS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
-    H_MIDI_WRITE, H_MIDI_READ, H_MIDI_DROPPED, H_MIDI_LATE, H_MIDI_COUNT, H_GESTURES, H_GESTURES_DONE, H_GESTURES_DROPPED,
-    H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_LEAD, H_SERIAL, H_MAX_TICKS, H_TICKS, H_FRAMES_LIVE, H_FINGER,
-    H_DAMPER, H_STREAM_FLAGS, H_UNDERFLOWED, H_MAX_BLOCK, H_CLIPPED,
-) = range(33)  # fmt: skip
+    H_MIDI_WRITE, H_MIDI_READ, H_MIDI_DROPPED, H_MIDI_LATE, H_MIDI_COUNT, H_GESTURES, H_GESTURES_DONE,
+    H_GESTURES_DROPPED, H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_LEAD, H_SERIAL, H_FINGER, H_DAMPER,
+    H_CLIPPED,
+) = range(27)  # fmt: skip
 
-# METER (in d) ------------------------------------------------------------------------------------------------------
+# METER (in d) --------------------------------------------------------------------------------------------------------
 M_PEAK, M_RATE, M_MATCH, M_TICKS_PER_FRAME, M_GAIN = range(5)
-# the loudest sample so far; frames per second; where residual modes are matched [rad/s]; ticks of the processor's counter in
-# one frame; gain of what goes to a sound card
+# the loudest sample so far; frames per second; where residual modes are matched [rad/s]; ticks of the processor's
+# counter in one frame; gain of what goes to a sound card
 
-# The instance, as a host sees it: a table of 64-bit words -----------------------------------------------------------
+# The instance, as a host sees it: a table of 64-bit words ------------------------------------------------------------
 (
     W_MAGIC, W_VERSION, W_D, W_D_SIZE, W_I, W_I_SIZE, W_V, W_V_SIZE, W_VI, W_VI_SIZE, W_OUT, W_OUT_SIZE,
 ) = range(12)  # fmt: skip

@@ -1,7 +1,7 @@
 """The loop over samples: strings, fingers and body advance together; the bridge's forces come out.
 
-Enter the state and a number of samples (at most CHUNK); leave the state that many samples on, and the force on the body at
-the bass and the treble end of the bridge for each of them.
+Enter the state and a number of samples (at most CHUNK); leave the state that many samples on, and the force on the
+body at the bass and the treble end of the bridge for each of them.
 """
 
 from ukrt.engine import layout as at

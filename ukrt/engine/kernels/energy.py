@@ -1,7 +1,8 @@
 """The scheme's energy, the meter all tests read: what the constrained system holds between two samples.
 
-H = sum over all modes of [(1 - b)/2 (x[k]^2 + x[k-1]^2) - a x[k] x[k-1]] / 2 (x = q / sqrt(g)), fingers and body alike, plus
-psi^2 / 2 of each string's Kirchhoff-Carrier stretching. It changes only by work of forces, by losses and by gestures.
+H = sum over all modes of [(1 - b)/2 (x[k]^2 + x[k-1]^2) - a x[k] x[k-1]] / 2 (x = q / sqrt(g)), fingers and body
+alike, plus psi^2 / 2 of each string's Kirchhoff-Carrier stretching. It changes only by work of forces, by losses and
+by gestures.
 """
 
 from ukrt.engine import layout as at

@@ -1,7 +1,7 @@
 """What hands do to a string, sample by sample: pluck ramps, landing fingers, dampers, slides and bends.
 
-Enter gestures that are due; leave forces, offsets and coefficients for the next sample. Energy enters a string only as the
-work of the pluck, of a landing finger, of a shortened string or of a raised tension (ukrt/engine/README.md).
+Enter gestures that are due; leave forces, offsets and coefficients for the next sample. Energy enters a string only as
+the work of the pluck, of a landing finger, of a shortened string or of a raised tension (ukrt/engine/README.md).
 """
 
 import math
@@ -11,7 +11,11 @@ from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.modes import tune_string
 from ukrt.engine.kernels.ports import (
-    count_contacts, count_ports, invert_ports, port_displacement, refit_string,
+    count_contacts,
+    count_ports,
+    invert_ports,
+    port_displacement,
+    refit_string,
 )  # fmt: skip
 from ukrt.engine.kernels.slide import begin_slide, follow_slide
 
@@ -30,7 +34,7 @@ def _move_row(d, s, source, target):
 
 @kernel
 def _press(d, i, s, place, frames):
-    """The stopping finger comes down at rest and lets its spring go, over ``frames``, from the string's displacement."""
+    """The stopping finger comes down at rest and lets its spring go over ``frames`` from where the string is."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     n_old, n_finger = count_ports(i, s), i[at.H_FINGER]
     for j in range(i[own_i + at.SI_DAMPER], 0, -1):

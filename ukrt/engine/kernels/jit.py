@@ -1,7 +1,8 @@
 """How every compiled function of the instrument is compiled: one decorator for plain kernels, one for sums.
 
-Enters Python source, leaves nopython code without exceptions. Numba's own cache looks only at the file a function stands in,
-not at the files of the functions it calls; therefore the cache folder here is named after a hash of all kernel sources.
+Enters Python source, leaves nopython code without exceptions. Numba's own cache looks only at the file a function
+stands in, not at the files of the functions it calls; therefore the cache folder here is named after a hash of all
+kernel sources.
 """
 
 import contextlib
@@ -53,7 +54,7 @@ def kernel(function):
 
 
 def reduction(function):
-    """Compile ``function`` with sums free to be reordered into SIMD lanes (its loops have lengths of their own, never the block's)."""
+    """Compile ``function`` with sums free to be reordered into SIMD lanes; no loop may depend on the block size."""
     with _our_cache():
         return numba.jit(**_OPTIONS, fastmath={"reassoc", "contract"})(function)
 

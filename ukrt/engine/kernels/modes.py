@@ -1,7 +1,7 @@
-"""A string's free modes in discrete time: exact flow at the present tension, Eqs. 48 and 49, keeping the motion as it is.
+"""A string's free modes in discrete time: exact flow at the present tension (Eqs. 48, 49), the motion kept.
 
-Enter the string's constants and its tension ratio; leave a, b, D = g kappa and the bridge column of every mode, and what the
-step's own error adds to the receptance at low frequency (ports.py takes it out again).
+Enter the string's constants and its tension ratio; leave a, b, D = g kappa and the bridge column of every mode, and
+what the step's own error adds to the receptance at low frequency (ports.py takes it out again).
 """
 
 import math
@@ -24,7 +24,8 @@ def mode_damping(d, own, n, ratio, omega):
     p = (2 * n - 1) * math.pi / (2.0 * d[own + at.S_LENGTH])
     tension = d[own + at.S_TENSION] * ratio
     bending = d[own + at.S_STIFFNESS] * p * p
-    lost = tension * (d[own + at.S_LOSS_INTERNAL] + d[own + at.S_LOSS_AIR] / omega) + d[own + at.S_LOSS_BENDING] * bending
+    lost = tension * (d[own + at.S_LOSS_INTERNAL] + d[own + at.S_LOSS_AIR] / omega)
+    lost += d[own + at.S_LOSS_BENDING] * bending
     return 0.5 * lost / (tension + bending)
 
 
@@ -42,7 +43,7 @@ def _flow(omega, zeta, dt):
 
 @kernel
 def tune_string(d, i, s):
-    """Set the coefficients of string ``s`` for its present tension ratio; displacements at k and k - 1 stay what they are."""
+    """Set the coefficients of string ``s`` for its present tension ratio; where it is at k and k - 1 stays."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     dt, ratio, length = 1.0 / d[at.M_RATE + at.METER], d[own + at.S_RATIO], d[own + at.S_LENGTH]
     half_mass = 0.5 * d[own + at.S_DENSITY] * length

@@ -130,7 +130,7 @@ def sum_string(d, i, s):
 
 @kernel
 def refit_string(d, i, s, n_old):
-    """Everything that follows from a new set of ports (``n_old``: how many there were, the places still the old ones')."""
+    """Everything that follows from a new set of ports (``n_old``: how many there were; their places still stand)."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     remember_residual(d, i, s, n_old)
     n_new = _list_ports(d, i, s)

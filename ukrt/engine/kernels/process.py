@@ -1,9 +1,9 @@
 """The complete callback: from time-stamped MIDI messages to output samples, in compiled code without the interpreter.
 
-Enter an instance and a number of frames; leave samples and counts. Work goes in chunks that end at messages, at gestures and
-at absolute multiples of 64 frames; every sample is computed the same way whatever the chunk, so that the host's block size
-changes no bit. One C function, with PortAudio's signature, serves live playing (float32, with the output gain) and offline
-rendering (doubles, without).
+Enter an instance and a number of frames; leave samples and counts. Work goes in chunks that end at messages, at
+gestures and at absolute multiples of 64 frames; every sample is computed the same way whatever the chunk, so that the
+host's block size changes no bit. One C function, with PortAudio's signature, serves live playing (float32, with the
+output gain) and offline rendering (doubles, without).
 """
 
 import math
@@ -142,7 +142,7 @@ def _count_load(d, i, spent, n_frames):
 
 @kernel
 def _to_card(d, i, buffer, out, first, n):
-    """Doubles to the sound card's float32, with the output gain; what is beyond full scale is counted and held there."""
+    """Doubles to the sound card's float32, with the output gain; what exceeds full scale is counted and held there."""
     gain = d[at.METER + at.M_GAIN]
     for k in range(n):
         value = gain * buffer[k]

@@ -1,11 +1,12 @@
-"""What the basis cuts off, given back to a string's ports: a few pseudo-modes with the right compliance, inertia and loss.
+"""What the basis cuts off, given back to a string's ports: pseudo-modes with the right compliance, inertia, loss.
 
-Enter the ports of one string (bridge, contacts, pluck); leave one pseudo-mode per port, in the string's last two tiles. Their
-static compliance R is that of all cut modes, R = C C^T with C lower triangular and the bridge first; each pseudo-mode is a
-column of C. Frequency and damping of each are chosen so that, along the diagonal of C^-1 (.) C^-T, the whole discrete
-receptance (cut modes, plus what the step does wrong to the modes it has) is right at zero and at the matching frequency.
-The discrete receptance of every exact mode is the continuous one times rho = tan(w dt/2) / (w dt/2) near its pole; a factor
-common to all subsystems moves no pole, so rho times the continuous receptance is what is aimed at.
+Enter the ports of one string (bridge, contacts, pluck); leave one pseudo-mode per port, in the string's last two
+tiles. Their static compliance R is that of all cut modes, R = C C^T with C lower triangular and the bridge first; each
+pseudo-mode is a column of C. Frequency and damping of each are chosen so that, along the diagonal of C^-1 (.) C^-T,
+the whole discrete receptance (cut modes, plus what the step does wrong to the modes it has) is right at zero and at
+the matching frequency. The discrete receptance of every exact mode is the continuous one times rho = tan(w dt/2) / (w
+dt/2) near its pole; a factor common to all subsystems moves no pole, so rho times the continuous receptance is what is
+aimed at.
 """
 
 import math
@@ -81,7 +82,7 @@ def remember_residual(d, i, s, n_old):
 
 @kernel
 def _carry_over(d, s, n_old, n_new):
-    """Residual displacement of the new ports: r_new = R[new, old] R[old, old]^-1 r_old, the least energy that agrees."""
+    """Residual displacement of the new ports: r_new = R[new, old] R[old, old]^-1 r_old, of least energy."""
     own = at.STRING + s * at.STRING_D_SIZE
     _fill(d, s, 0, X_OLD, n_old, X_OLD, n_old, M_OLD, 1.0)
     cholesky(d, M_OLD, n_old)

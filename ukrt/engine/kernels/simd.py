@@ -1,8 +1,8 @@
 """A few words for writing SIMD kernels: vectors of eight doubles, spelled in LLVM and usable from Numba kernels.
 
-Enters a Python function that emits vector operations, leaves a Numba intrinsic. Numba's own vectoriser may or may not take
-a loop; what is written with these words always is one, on every target LLVM knows (eight doubles are one AVX-512 register,
-two AVX2 ones, four of NEON or WebAssembly). Addresses are 64-byte aligned by the layout.
+Enters a Python function that emits vector operations, leaves a Numba intrinsic. Numba's own vectoriser may or may not
+take a loop; what is written with these words always is one, on every target LLVM knows (eight doubles are one AVX-512
+register, two AVX2 ones, four of NEON or WebAssembly). Addresses are 64-byte aligned by the layout.
 """
 
 from llvmlite import ir
@@ -18,7 +18,7 @@ ZERO = ir.Constant(VECTOR, [0.0] * 8)
 
 
 class Vectors:
-    """Emits vector code at the end of the block that ``builder`` stands in; ``base`` is the array all offsets count from."""
+    """Emits vector code where ``builder`` stands; ``base`` is the array that all offsets count from."""
 
     def __init__(self, builder, base):
         self.builder = builder
@@ -180,4 +180,3 @@ def _with_arity(typing, n_integers):
     if n_integers == 3:
         return lambda context, array, n1, n2, n3: typing(context, array, n1, n2, n3)
     raise ValueError(f"no arity for {n_integers} integers")
-

@@ -1,14 +1,20 @@
 """A finger that slides along a sounding string: its columns move every sample, exact every sixteenth, straight between.
 
-Enter a target place and a duration; leave, sample by sample, columns, W, V and sums at the finger's next place. The modes
-and the finger keep their motion; the string is shortened by real work of the finger.
+Enter a target place and a duration; leave, sample by sample, columns, W, V and sums at the finger's next place. The
+modes and the finger keep their motion; the string is shortened by real work of the finger.
 """
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.linalg import ROW, cholesky
 from ukrt.engine.kernels.ports import (
-    contact_place, count_ports, invert_ports, measure_ports, refit_string, set_columns, sum_string,
+    contact_place,
+    count_ports,
+    invert_ports,
+    measure_ports,
+    refit_string,
+    set_columns,
+    sum_string,
 )  # fmt: skip
 from ukrt.engine.kernels.residual import M_STATIC, cut_receptance
 

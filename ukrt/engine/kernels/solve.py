@@ -1,14 +1,14 @@
 """The Udwadia-Kalaba correction of one sample: constraint forces of all strings, fingers and the body, in closed form.
 
-Enter the sums of the last sweep; leave lambda (per port and polarization), mu (minus the dynamic tension) and the body's and
-fingers' next positions. Strings stand in the lanes of the vectors. With e = A q* - d, u = A G h, V = (A G A^T)^-1 of one
-string (its fingers included, the body not), h = D x:
+Enter the sums of the last sweep; leave lambda (per port and polarization), mu (minus the dynamic tension) and the
+body's and fingers' next positions. Strings stand in the lanes of the vectors. With e = A q* - d, u = A G h, V = (A G
+A^T)^-1 of one string (its fingers included, the body not), h = D x:
 
     lambda + V u mu = V (e_bridge y_body - e)            rows of A
     u . lambda + (4 L / ES + h G h) mu = -psi - h . q*   the scalar auxiliary variable of Kirchhoff-Carrier
 
-Eliminating gives each string's bridge force as lambda_0 + C y_body, and the body, whose shapes are linear along the bridge,
-is two points, a place and a slope: a 2 x 2 system. See ukrt/engine/README.md for why the whole is stable.
+Eliminating gives each string's bridge force as lambda_0 + C y_body, and the body, whose shapes are linear along the
+bridge, is two points, a place and a slope: a 2 x 2 system. See ukrt/engine/README.md for why the whole is stable.
 """
 
 from types import SimpleNamespace
@@ -198,8 +198,7 @@ def _sweep_body(v, n_vectors):
     loop = Loop(v, v.index(0), n_vectors, [ZERO, ZERO])
     place = v.builder.mul(loop.index, v.index(8))
     a, b, bass, slope, old, new = (
-        v.load(v.at(place, base))
-        for base in (at.BODY_A, at.BODY_B, at.BODY_BASS, at.BODY_SLOPE, at.BODY_X, at.BODY_XS)
+        v.load(v.at(place, base)) for base in (at.BODY_A, at.BODY_B, at.BODY_BASS, at.BODY_SLOPE, at.BODY_X, at.BODY_XS)
     )
     new = v.fma(slope, moment, v.fma(bass, force, new))
     predicted = v.fma(a, new, v.mul(b, old))

@@ -1,7 +1,7 @@
-"""One pass over a string's modes per sample: correct q[k+1], predict q*[k+2], and sum up what the constraints will need.
+"""One pass over a string's modes per sample: correct q[k+1], predict q*[k+2], sum up what the constraints need.
 
-Enter the state of one string and the forces the solver found; leave the new state and, per string, 2 (ports + pluck) + 2
-vectors of partial sums. With x = q / sqrt(g), so that the step's compliance matrix G is the identity, each mode does
+Enter the state of one string and the forces the solver found; leave the new state and, per string, 2 (ports + pluck) +
+2 vectors of partial sums. With x = q / sqrt(g), so that the step's compliance matrix G is the identity, each mode does
 
     x  <- x* + mu D x + sum_j column_j lambda_j         Udwadia-Kalaba correction, Kirchhoff-Carrier, pluck
     x* <- a x_new + b x_old                             exact flow of the free mode
@@ -59,7 +59,7 @@ _sweep0, _sweep1, _sweep2, _sweep3, _sweep4, _sweep5, _sweep6 = [_make_sweep(n) 
 
 @kernel
 def sweep_string(d, first_tile, end_tile, s, n_extra):
-    """Advance string ``s`` (tiles ``first_tile`` to ``end_tile``) by one sample with ``n_extra`` columns beside the bridge's."""
+    """Advance string ``s``, from ``first_tile`` to below ``end_tile``, with ``n_extra`` columns beside the bridge's."""
     if n_extra == 0:
         _sweep0(d, first_tile, end_tile, s)
     elif n_extra == 1:

@@ -1,6 +1,7 @@
 """The gestures still to come, in order of time: a small sorted list of fixed size.
 
-Enter gestures from the player; leave, in order, those that are due. Gestures of the same frame keep the order they came in.
+Enter gestures from the player; leave, in order, those that are due. Gestures of the same frame keep the order they
+came in.
 """
 
 from ukrt.engine import layout as at
