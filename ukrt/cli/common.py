@@ -130,9 +130,10 @@ def clock_time(seconds):
 
 def make_engine(guitar, rate, **options):
     """An engine for ``guitar``; says so where it has to be compiled first, which takes a while."""
-    from ..engine.engine import Engine
     from ..engine.kernels.jit import cache_folder
 
-    if not pathlib.Path(cache_folder()).is_dir():
+    if not any(pathlib.Path(cache_folder()).rglob("*callback*.nbi")):  # what is compiled last
         say("compiling the engine for this machine; this is done once and takes about a minute")
+    from ..engine.engine import Engine
+
     return Engine(guitar, float(rate), **options)
