@@ -14,9 +14,9 @@ from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.player import player_message, player_reset, player_tick
 from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
+from ukrt.engine.note_log import read_counters, read_note_log
+from ukrt.engine.player_tables import make_player_tables
 from ukrt.model.presets import load_preset
-from ukrt.playing.note_log import read_counters, read_note_log
-from ukrt.playing.player_tables import make_player_tables
 
 RATE = 48000.0
 FAR = 1 << 60

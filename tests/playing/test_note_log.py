@@ -7,9 +7,9 @@ import pytest
 from player_bench import RATE, Bench
 
 from ukrt.engine import player_layout as at
+from ukrt.engine.note_log import read_note_log
 from ukrt.model.presets import load_preset
-from ukrt.playing.note_log import read_note_log
-from ukrt.playing.player_tables import fold_table, force_curve
+from ukrt.playing.rules import fold_table, force_curve
 
 
 @pytest.mark.parametrize("preset", ["classical", "paper", "drop-d"])

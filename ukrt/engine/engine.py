@@ -16,7 +16,8 @@ from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.machine import ticks_now
 from ukrt.engine.kernels.player import player_reset
 from ukrt.engine.kernels.process import callback
-from ukrt.engine.player_state import fill_player, read_counters, read_note_log
+from ukrt.engine.note_log import read_counters, read_note_log
+from ukrt.engine.player_tables import make_player_tables
 from ukrt.errors import ParameterError
 from ukrt.model.intonation import make_intonation
 from ukrt.radiation.impulse_response import load_impulse_response
@@ -83,7 +84,7 @@ class Engine:
         i[at.H_CONVOLVE], i[at.H_LEAD] = self.signal == "pressure", self.lead_frames
         self._d[at.METER + at.M_GAIN] = 1.0
         player_reset(self._d, i)
-        fill_player(self.guitar, self.intonation, self.sample_rate, self._d, i)
+        make_player_tables(self.guitar, self.intonation, self.sample_rate, self._d, i)
         self._d[at.METER + at.M_TICKS_PER_FRAME] = tick_rate() / self.sample_rate
 
     def _make_instance(self):
@@ -198,7 +199,7 @@ class Engine:
         return counts | {"peak": float(self._d[at.METER + at.M_PEAK])} | read_counters(i) | {"load_histogram": loads}
 
     def note_log(self):
-        """The notes so far, oldest first: see `ukrt.engine.player_state.read_note_log`."""
+        """The notes so far, oldest first: see `ukrt.engine.note_log.read_note_log`."""
         return read_note_log(self._d, self._i, self.sample_rate)
 
     def reset(self):

@@ -1,6 +1,6 @@
 """Where the player keeps its numbers inside its sections of ``d`` and ``i``, and the constants of its rules.
 
-Offsets are absolute (the section's base is added here). Tables are filled once by ``ukrt.playing.player_tables``; the
+Offsets are absolute (the section's base is added here). Tables are filled once by ``ukrt.engine.player_tables``; the
 rest is the player's own state, cleared by ``player_reset``.
 """
 

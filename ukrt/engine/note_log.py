@@ -3,7 +3,7 @@
 Enter ``d`` and ``i``; leave dicts for the report. Nothing here changes the arrays.
 """
 
-from ..engine import player_layout as at
+from ukrt.engine import player_layout as at
 
 
 def read_counters(i):

@@ -1,0 +1,54 @@
+"""A guitarist's rules as numbers: how hard each velocity plucks, what an unreachable note becomes, how long hands take.
+
+Enter a preset's values, leave plain tables; how they reach the compiled player is the engine's business.
+"""
+
+import numpy as np
+
+SETTLE_TIME = 0.15  # s from the damper's arrival to the finger's lift: the string is silent by then (estimate)
+GAP_TIME = 0.02  # s from the finger's lift to the damper's (estimate)
+QUICK_TIME = 0.002  # s for a damper that must go, or come, at once (estimate)
+BEND_RAMP_TIME = 0.005  # s over which the tension follows one bend message
+BEND_SLOT_TIME = 0.0025  # s: messages nearer than this are one bend
+SOFT_VELOCITY, STRONG_VELOCITY = 20, 127
+
+
+def force_curve(pluck):
+    """Peak force of each MIDI velocity: even steps in dB, through ``force_soft`` at 20 and ``force_strong`` at 127.
+
+    Parameters
+    ----------
+    pluck : Pluck
+
+    Returns
+    -------
+    ndarray (128,) [N]
+        Strictly rising where the two forces differ; element 0 (a note-off) is 0.
+    """
+    steps = (np.arange(128) - SOFT_VELOCITY) / (STRONG_VELOCITY - SOFT_VELOCITY)
+    force = pluck.force_soft * (pluck.force_strong / pluck.force_soft) ** steps
+    force[0] = 0.0
+    return force
+
+
+def fold_table(open_notes, frets):
+    """The pitch that is played for each MIDI note: itself, or the nearest octave of it that some string has.
+
+    Parameters
+    ----------
+    open_notes : sequence of int
+        MIDI notes of the open strings.
+    frets : int
+
+    Returns
+    -------
+    ndarray (128,) of int
+        -1 where no octave of the note can be played.
+    """
+    playable = sorted({note + fret for note in open_notes for fret in range(frets + 1) if note + fret < 128})
+    table = np.full(128, -1, dtype=np.int64)
+    for note in range(128):
+        octaves = [pitch for pitch in playable if (pitch - note) % 12 == 0]
+        if octaves:
+            table[note] = min(octaves, key=lambda pitch: (abs(pitch - note), pitch))
+    return table
