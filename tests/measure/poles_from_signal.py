@@ -56,6 +56,26 @@ def fit_pole(signal, sample_rate, f_guess, bandwidth, t0=0.0, t1=None, order=Non
     return found[0].frequency_hz, found[0].decay_rate
 
 
+def note_components(signal, sample_rate, f_target, t0=0.6, t1=3.2, reach_cents=100.0):
+    """What is heard of a note's partial 1: components within reach_cents of f_target, the one with most energy first.
+
+    Sample 0 of the signal is the string's release. Components below 1e-7 of the whole signal's energy between t0 and t1
+    are left out: round-off or noise posing as a component.
+    """
+    found = fit_poles(signal, sample_rate, f_target, max(0.2 * f_target, 16.0), t0, t1)
+    part = _window(signal, sample_rate, t0, t1)
+    audible = 1e-7 * np.sum(part**2) / sample_rate
+    near = [c for c in found if c.energy > audible and abs(cents_above(c, f_target)) <= reach_cents]
+    if not near:
+        raise ValueError(f"no component within {reach_cents:g} cents of {f_target:g} Hz between {t0} and {t1} s")
+    return near
+
+
+def cents_above(component, f_target):
+    """How far a component lies above f_target [Hz], in cents."""
+    return float(1200.0 * np.log2(component.frequency_hz / f_target))
+
+
 def note_pitch_cents(signal, sample_rate, f_target, t0=0.6, t1=3.2, reach_cents=100.0):
     """Pitch of a note's partial 1 in cents above f_target; sample 0 of the signal is the string's release.
 
@@ -63,11 +83,4 @@ def note_pitch_cents(signal, sample_rate, f_target, t0=0.6, t1=3.2, reach_cents=
     heard as beating) it is the pitch of the one with the most energy between t0 and t1; their mean frequency would
     depend on the window.
     """
-    found = fit_poles(signal, sample_rate, f_target, max(0.2 * f_target, 16.0), t0, t1)
-    part = _window(signal, sample_rate, t0, t1)
-    audible = 1e-7 * np.sum(part**2) / sample_rate  # below: round-off or noise posing as a component
-    found = [c for c in found if c.energy > audible]
-    near = [c for c in found if abs(1200.0 * np.log2(c.frequency_hz / f_target)) <= reach_cents]
-    if not near:
-        raise ValueError(f"no component within {reach_cents:g} cents of {f_target:g} Hz between {t0} and {t1} s")
-    return float(1200.0 * np.log2(near[0].frequency_hz / f_target))
+    return cents_above(note_components(signal, sample_rate, f_target, t0, t1, reach_cents)[0], f_target)
