@@ -25,13 +25,14 @@ EQUAL_A4_HZ = 440.0
 class NotePitch(NamedTuple):
     """Partial 1 of a note: cents above equal temperament, decay [1/s], and whatever else is near and not faint.
 
-    The pitch is that of the component, at most half a semitone off, with the most energy in the window. With idle
-    strings damped that is the string-like pole: beside it there is at most a body mode, which is fainter and decays
-    faster (``rivals`` lets this be checked), and all else is far fainter: the motion in Z, which the bridge does not
-    hear but which changes the tension; modes of the soft finger and the dead length; and components of the same
-    frequency, to a few cents, and about three times the decay rate, which is how the fall of the tension with the
-    amplitude looks in a sum of exponentials. With idle strings open a string in unison splits the pole in two; the
-    pitch is then that of the one that is heard more, and the other is a rival.
+    The pitch is that of the component with the most energy in the window among those at most half a semitone off or,
+    where there is none, of all within a semitone (a note far out of tune, of which `paper` has one). With idle strings
+    damped that is the string-like pole: beside it there is at most a body mode, which is fainter and decays faster
+    (``rivals`` lets this be checked), and all else is far fainter: the motion in Z, which the bridge does not hear but
+    which changes the tension; modes of the soft finger and the dead length; and components of the same frequency, to a
+    few cents, and about three times the decay rate, which is how the fall of the tension with the amplitude looks in a
+    sum of exponentials. With idle strings open a string in unison splits the pole in two; the pitch is then that of the
+    one that is heard more, and the other is a rival.
     """
 
     string: int
@@ -66,8 +67,6 @@ def note_pitch(engine, string, fret, force):
     target = float(midi_to_hz(midi, EQUAL_A4_HZ))
     audio = forced_note(engine, string, fret, force, WINDOW[1])
     found = note_components(audio, engine.sample_rate, target, *WINDOW, REACH_CENTS)
-    own = next((one for one in found if abs(cents_above(one, target)) <= OWN_CENTS), None)
-    if own is None:
-        raise ValueError(f"string {string} fret {fret}: nothing within {OWN_CENTS:g} cents of {target:g} Hz")
+    own = next((one for one in found if abs(cents_above(one, target)) <= OWN_CENTS), found[0])
     rivals = tuple(one for one in found if one is not own and one.energy > RIVAL * own.energy)
     return NotePitch(string, fret, midi, cents_above(own, target), own.decay_rate, own.energy, rivals)
