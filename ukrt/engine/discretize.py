@@ -97,7 +97,7 @@ def fill_instance(d, i, guitar, intonation, sample_rate):
         string = replace(string, tension=float(intonation.tensions[s]))
         tile = _fill_string(d, i, s, string, guitar.basis.bandwidth_hz, tile)
         tune_string(d, i, s)
-        refit_string(d, i, s, 0)
+        refit_string(d, i, s)
 
 
 def _fill_string(d, i, s, string, bandwidth_hz, tile):

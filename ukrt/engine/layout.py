@@ -67,8 +67,8 @@ STRING_I_SIZE = 32
 (
     SI_TILE, SI_TILES, SI_END, SI_EXTRA, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH,
     SI_LAND_AT, SI_LAND_LENGTH, SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT,
-    SI_TENSION_LENGTH,
-) = range(18)  # fmt: skip
+    SI_TENSION_LENGTH, SI_CHANGED, SI_PORTS,
+) = range(20)  # fmt: skip
 
 # One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -------------
 CONTACT_SIZE = 8

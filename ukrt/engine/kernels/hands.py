@@ -10,18 +10,15 @@ from ukrt.engine import gestures as kinds
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.modes import tune_string
-from ukrt.engine.kernels.ports import (
-    count_contacts,
-    count_ports,
-    invert_ports,
-    port_displacement,
-    refit_string,
-)  # fmt: skip
+from ukrt.engine.kernels.ports import count_contacts, invert_ports, port_motion, refit_string
 from ukrt.engine.kernels.slide import begin_slide, follow_slide
 
 DAMP_EVERY = 8  # samples between two steps of a damper's ramp
 BEND_EVERY = 32  # samples between two steps of the tension
 SHORTEST_PLUCK = 2  # samples
+
+# What is to be done about a string's ports before the next sample; bits of SI_CHANGED.
+PORTS_CHANGED, LANDED, TOUCHED, RESISTANCE_CHANGED = 1, 2, 4, 8
 
 
 @kernel
@@ -34,44 +31,47 @@ def _move_row(d, s, source, target):
 
 @kernel
 def _press(d, i, s, place, frames):
-    """The stopping finger comes down at rest and lets its spring go over ``frames`` from where the string is."""
+    """The stopping finger comes down, at rest."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    n_old, n_finger = count_ports(i, s), i[at.H_FINGER]
+    n_finger = i[at.H_FINGER]
     for j in range(i[own_i + at.SI_DAMPER], 0, -1):
         _move_row(d, s, j, j + n_finger)
     for j in range(n_finger):
         contact, row = at.CONTACTS + j * at.CONTACT_SIZE, (j + 1) * at.LANES + s
-        d[at.FIN_A + row], d[at.FIN_B + row], d[at.FIN_G + row] = (
-            d[contact + at.C_A], d[contact + at.C_B], d[contact + at.C_G],
-        )  # fmt: skip
+        d[at.FIN_A + row], d[at.FIN_B + row] = d[contact + at.C_A], d[contact + at.C_B]
+        d[at.FIN_G + row] = d[contact + at.C_G]
         d[at.FIN_Y + row] = d[at.FIN_Z + row] = d[at.FIN_Y1 + row] = d[at.FIN_Z1 + row] = 0.0
     i[own_i + at.SI_FINGER] = n_finger
     d[own + at.S_FINGER_PLACE] = place
-    refit_string(d, i, s, n_old)
-    for j in range(n_finger):
-        for half in range(2):
-            now = port_displacement(d, i, s, j + 1, 4 * half, False)
-            d[own + at.S_LAND_C + at.MAX_CONTACTS * half + j] = now
-            d[own + at.S_LAND_V + at.MAX_CONTACTS * half + j] = now - port_displacement(d, i, s, j + 1, 4 * half, True)
     i[own_i + at.SI_LAND_AT], i[own_i + at.SI_LAND_LENGTH] = 0, max(frames, 1)
     i[own_i + at.SI_MOVE_LENGTH] = 0
+    i[own_i + at.SI_CHANGED] |= LANDED
+
+
+@kernel
+def _catch_string(d, i, s):
+    """Once its contacts are ports: the finger's spring is let go from where the string is, and as fast as it moves."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    for j in range(i[own_i + at.SI_FINGER]):
+        for half in range(2):
+            now, before = port_motion(d, i, s, j + 1, 4 * half)
+            d[own + at.S_LAND_C + at.MAX_CONTACTS * half + j] = now
+            d[own + at.S_LAND_V + at.MAX_CONTACTS * half + j] = now - before
 
 
 @kernel
 def _lift(d, i, s):
     """The finger leaves; what energy it holds goes with it."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
-    n_old, n_finger = count_ports(i, s), i[own_i + at.SI_FINGER]
+    n_finger = i[own_i + at.SI_FINGER]
     if n_finger == 0:
         return
     for j in range(1, n_finger + 1):
         _move_row(d, s, j, 0)
     for j in range(1, i[own_i + at.SI_DAMPER] + 1):
         _move_row(d, s, j + n_finger, j)
-    i[own_i + at.SI_FINGER] = 0
-    i[own_i + at.SI_LAND_LENGTH] = 0
-    i[own_i + at.SI_MOVE_LENGTH] = 0
-    refit_string(d, i, s, n_old)
+    i[own_i + at.SI_FINGER] = i[own_i + at.SI_LAND_LENGTH] = i[own_i + at.SI_MOVE_LENGTH] = 0
+    i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~LANDED
 
 
 @kernel
@@ -87,65 +87,52 @@ def _set_damper(d, i, s, level):
 
 @kernel
 def _damp(d, i, s, level, frames):
-    """The damping finger moves towards ``level``; it comes down following the string, so nothing is stretched."""
+    """The damping finger moves towards ``level`` of its resistance; if it was not there, it comes."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     if i[own_i + at.SI_DAMPER] == 0:
-        if level <= 0.0:
+        if level <= 0.0 or i[at.H_DAMPER] == 0:
             return
-        n_old, first = count_ports(i, s), 1 + i[own_i + at.SI_FINGER]
+        first = 1 + i[own_i + at.SI_FINGER]
         i[own_i + at.SI_DAMPER] = i[at.H_DAMPER]
         _set_damper(d, i, s, 0.0)
-        refit_string(d, i, s, n_old)
         for j in range(first, first + i[at.H_DAMPER]):
             row = j * at.LANES + s
             d[at.FIN_A + row], d[at.FIN_B + row] = 0.0, 1.0
             d[at.LAND_Y + row] = d[at.LAND_Z + row] = 0.0
-            d[at.FIN_Y + row] = port_displacement(d, i, s, j, 0, False)
-            d[at.FIN_Z + row] = port_displacement(d, i, s, j, 4, False)
-            d[at.FIN_Y1 + row] = port_displacement(d, i, s, j, 0, True)
-            d[at.FIN_Z1 + row] = port_displacement(d, i, s, j, 4, True)
+        i[own_i + at.SI_CHANGED] |= TOUCHED
     d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO] = d[own + at.S_DAMP_LEVEL], level
     i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH] = 0, max(frames, 1)
 
 
 @kernel
-def _remove_damper(d, i, s):
-    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    n_old = count_ports(i, s)
-    for j in range(i[own_i + at.SI_DAMPER]):
-        _move_row(d, s, 1 + i[own_i + at.SI_FINGER] + j, 0)
-    i[own_i + at.SI_DAMPER] = 0
-    d[own + at.S_DAMP_LEVEL] = 0.0
-    refit_string(d, i, s, n_old)
+def _follow_string(d, i, s):
+    """Once its places are ports: the damping finger starts where the string is, so that nothing is stretched."""
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    first = 1 + i[own_i + at.SI_FINGER]
+    for j in range(first, first + i[own_i + at.SI_DAMPER]):
+        row = j * at.LANES + s
+        d[at.FIN_Y + row], d[at.FIN_Y1 + row] = port_motion(d, i, s, j, 0)
+        d[at.FIN_Z + row], d[at.FIN_Z1 + row] = port_motion(d, i, s, j, 4)
 
 
 @kernel
 def _pluck(d, i, s, place, force, angle, frames):
     """Begin a force ramp at ``place`` (share of L); one that still runs on this string ends as it is let go."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    n_old = count_ports(i, s)
     d[own + at.S_PLUCK_PLACE] = min(max(place, 0.01), 0.99) * d[own + at.S_LENGTH]
     d[own + at.S_PLUCK_FY], d[own + at.S_PLUCK_FZ] = force * math.cos(angle), force * math.sin(angle)
     i[own_i + at.SI_PLUCK], i[own_i + at.SI_PLUCK_AT] = 1, 0
     i[own_i + at.SI_PLUCK_LENGTH] = max(frames, SHORTEST_PLUCK)
-    refit_string(d, i, s, n_old)
-
-
-@kernel
-def _end_pluck(d, i, s):
-    own_i = at.STRING_I + s * at.STRING_I_SIZE
-    n_old = count_ports(i, s)
-    i[own_i + at.SI_PLUCK] = 0
-    refit_string(d, i, s, n_old)
+    i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
 
 
 @kernel
 def perform(d, i, kind, s, p0, p1, p2, p3):
-    """Begin one gesture on string ``s`` (see gestures.py for the parameters)."""
-    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    """Begin one gesture on string ``s`` (see gestures.py for the parameters); it acts from the next sample on."""
     if s < 0 or s >= i[at.H_STRINGS]:
         i[at.H_GESTURES_DROPPED] += 1
         return
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     frames = int(max(p1, 1.0))
     if kind == kinds.PLUCK:
         _pluck(d, i, s, p0, p1, p2, int(max(p3, 1.0)))
@@ -164,7 +151,7 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
         d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO] = d[own + at.S_RATIO], min(max(p0, 0.25), 4.0)
         i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH] = 0, frames
     i[at.H_GESTURES_DONE] += 1
-    _mark_busy(i)
+    i[at.H_BUSY] = 1
 
 
 @kernel
@@ -174,7 +161,7 @@ def _mark_busy(i):
     for s in range(i[at.H_STRINGS]):
         own_i = at.STRING_I + s * at.STRING_I_SIZE
         busy += i[own_i + at.SI_PLUCK] + i[own_i + at.SI_LAND_LENGTH] + i[own_i + at.SI_MOVE_LENGTH]
-        busy += i[own_i + at.SI_DAMP_LENGTH] + i[own_i + at.SI_TENSION_LENGTH]
+        busy += i[own_i + at.SI_DAMP_LENGTH] + i[own_i + at.SI_TENSION_LENGTH] + i[own_i + at.SI_CHANGED]
     i[at.H_BUSY] = 1 if busy > 0 else 0
 
 
@@ -211,10 +198,14 @@ def _follow_damper(d, i, s):
     if now >= length:
         i[own_i + at.SI_DAMP_LENGTH] = 0
         if end == 0.0:
-            _remove_damper(d, i, s)
+            for j in range(i[own_i + at.SI_DAMPER]):
+                _move_row(d, s, 1 + i[own_i + at.SI_FINGER] + j, 0)
+            i[own_i + at.SI_DAMPER] = 0
+            d[own + at.S_DAMP_LEVEL] = 0.0
+            i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~TOUCHED
             return
     _set_damper(d, i, s, start + (end - start) * _smooth(min(now / length, 1.0)))
-    invert_ports(d, i, s)
+    i[own_i + at.SI_CHANGED] |= RESISTANCE_CHANGED
 
 
 @kernel
@@ -227,9 +218,25 @@ def _follow_tension(d, i, s):
     start, end = d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO]
     d[own + at.S_RATIO] = start + (end - start) * _smooth(min(now / length, 1.0))
     tune_string(d, i, s)
-    refit_string(d, i, s, count_ports(i, s))
+    i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
     if now >= length:
         i[own_i + at.SI_TENSION_LENGTH] = 0
+
+
+@kernel
+def _settle_changes(d, i, s):
+    """Let the string's ports be what the hands have made of them."""
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    changed = i[own_i + at.SI_CHANGED]
+    i[own_i + at.SI_CHANGED] = 0
+    if changed == RESISTANCE_CHANGED:
+        invert_ports(d, i, s)
+        return
+    refit_string(d, i, s)
+    if changed & LANDED:
+        _catch_string(d, i, s)
+    if changed & TOUCHED:
+        _follow_string(d, i, s)
 
 
 @kernel
@@ -254,15 +261,18 @@ def begin_sample(d, i):
             _follow_tension(d, i, s)
         if i[own_i + at.SI_DAMP_LENGTH] > 0:
             _follow_damper(d, i, s)
+        plucked = i[own_i + at.SI_PLUCK] == 1
+        if plucked and i[own_i + at.SI_PLUCK_AT] > i[own_i + at.SI_PLUCK_LENGTH]:
+            i[own_i + at.SI_PLUCK] = 0
+            i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
+        if i[own_i + at.SI_CHANGED] != 0:
+            _settle_changes(d, i, s)
         if i[own_i + at.SI_LAND_LENGTH] > 0:
             _follow_landing(d, i, s)
         if i[own_i + at.SI_PLUCK] == 1:
-            if i[own_i + at.SI_PLUCK_AT] > i[own_i + at.SI_PLUCK_LENGTH]:
-                _end_pluck(d, i, s)
-            else:
-                share = pluck_force(i[own_i + at.SI_PLUCK_AT], i[own_i + at.SI_PLUCK_LENGTH])
-                _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])
-                i[own_i + at.SI_PLUCK_AT] += 1
+            share = pluck_force(i[own_i + at.SI_PLUCK_AT], i[own_i + at.SI_PLUCK_LENGTH])
+            _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])
+            i[own_i + at.SI_PLUCK_AT] += 1
 
 
 @kernel

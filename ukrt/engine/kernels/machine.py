@@ -33,6 +33,16 @@ def _integer_pointer(_context, address):
     return types.CPointer(types.int64)(address), codegen
 
 
+@intrinsic
+def address_of(_context, pointer):
+    """The address (int64) that a C pointer holds."""
+
+    def codegen(_context, builder, _signature, args):
+        return builder.ptrtoint(args[0], ir.IntType(64))
+
+    return types.int64(pointer), codegen
+
+
 @kernel
 def doubles_at(address, length):
     """The ``length`` doubles at ``address`` as an array that owns nothing."""

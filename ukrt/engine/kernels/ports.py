@@ -129,11 +129,13 @@ def sum_string(d, i, s):
 
 
 @kernel
-def refit_string(d, i, s, n_old):
-    """Everything that follows from a new set of ports (``n_old``: how many there were; their places still stand)."""
+def refit_string(d, i, s):
+    """Everything that follows from a new set of ports, or from a new tension; the old ports' places still stand."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
+    n_old = i[own_i + at.SI_PORTS]
     remember_residual(d, i, s, n_old)
     n_new = _list_ports(d, i, s)
+    i[own_i + at.SI_PORTS] = n_new
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         for k in range(4 * n_new, 4 * at.COLUMNS):
             d[at.COEF + tile * at.COEF_TILE + at.COEF_COLUMNS + k] = 0.0
@@ -155,17 +157,16 @@ def refit_string(d, i, s, n_old):
 
 
 @kernel
-def port_displacement(d, i, s, port, half, before):
-    """Displacement [m] of a port, ``half`` 0 for Y and 4 for Z, at k, or at k - 1 if ``before``."""
+def port_motion(d, i, s, port, half):
+    """Displacement [m] of a port at k and at k - 1; ``half`` is 0 for Y, 4 for Z."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
-    value = 0.0
+    now, before = 0.0, 0.0
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         x, c = at.STATE + tile * at.STATE_TILE + half, at.COEF + tile * at.COEF_TILE
         for lane in range(4):
             column = d[c + at.COEF_COLUMNS + 4 * port + lane]
             if column != 0.0:
-                moved = d[x + lane]
-                if before:
-                    moved = (d[x + 8 + lane] - d[c + at.COEF_A + lane] * moved) / d[c + at.COEF_B + lane]
-                value += column * moved
-    return value
+                now += column * d[x + lane]
+                earlier = (d[x + 8 + lane] - d[c + at.COEF_A + lane] * d[x + lane]) / d[c + at.COEF_B + lane]
+                before += column * earlier
+    return now, before

@@ -16,7 +16,7 @@ from ukrt.engine.kernels.advance import advance
 from ukrt.engine.kernels.convolve import convolve_chunk, convolver_reset
 from ukrt.engine.kernels.hands import perform
 from ukrt.engine.kernels.jit import entry_point, kernel
-from ukrt.engine.kernels.machine import FLUSH, doubles_at, float_mode, integers_at, set_float_mode, ticks
+from ukrt.engine.kernels.machine import FLUSH, address_of, doubles_at, float_mode, integers_at, set_float_mode, ticks
 from ukrt.engine.kernels.player import player_message, player_tick
 from ukrt.engine.kernels.ports import sum_string
 from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
@@ -166,9 +166,9 @@ def callback(_input, output, n_frames, _time, flags, instance):
     set_float_mode(mode | FLUSH)
     d, i = doubles_at(words[at.W_D], words[at.W_D_SIZE]), integers_at(words[at.W_I], words[at.W_I_SIZE])
     v, vi = doubles_at(words[at.W_V], words[at.W_V_SIZE]), integers_at(words[at.W_VI], words[at.W_VI_SIZE])
-    frames, channels = int(n_frames), i[at.H_CHANNELS]
+    frames, channels = np.int64(n_frames), i[at.H_CHANNELS]
     if int(flags) & at.DOUBLE_OUTPUT:
-        process_frames(d, i, v, vi, carray(output, frames * channels, np.float64), frames)
+        process_frames(d, i, v, vi, doubles_at(address_of(output), frames * channels), frames)
     else:
         out = carray(output, frames * channels, np.float32)
         buffer = doubles_at(words[at.W_OUT], words[at.W_OUT_SIZE])

@@ -12,7 +12,6 @@ from ukrt.engine.kernels.ports import (
     count_ports,
     invert_ports,
     measure_ports,
-    refit_string,
     set_columns,
     sum_string,
 )  # fmt: skip
@@ -93,8 +92,7 @@ def follow_slide(d, i, s):
     i[own_i + at.SI_MOVE_AT] += 1
     if i[own_i + at.SI_MOVE_AT] == i[own_i + at.SI_MOVE_LENGTH]:
         i[own_i + at.SI_MOVE_LENGTH] = 0
-        refit_string(d, i, s, n_ports)
-    else:
-        measure_ports(d, i, s)
-        invert_ports(d, i, s)
-        sum_string(d, i, s)
+        i[own_i + at.SI_CHANGED] |= 1  # the pseudo-modes' frequencies are found anew at the end
+    measure_ports(d, i, s)
+    invert_ports(d, i, s)
+    sum_string(d, i, s)
