@@ -1,8 +1,8 @@
 """Poles of the engine beside those of the oracle: a string, a fret and a finger enter, both sets of poles leave.
 
-The engine's come from its own compiled loop: a note is stopped by the gesture PRESS, plucked within two samples, and let
-ring; what is analysed are the strings' forces on the bridge. The oracle has modes to 400 kHz in continuous time. All six
-strings are there in both, the others open. Import with ``tests`` on the path (as pytest and tools/pole_table.py have it).
+The engine's come from its own compiled loop: a note is stopped by the gesture PRESS, plucked within two samples, and
+let ring; what is analysed are the strings' forces on the bridge. The oracle has modes to 400 kHz in continuous time.
+All six strings are there in both, the others open. Import with ``tests`` on the path, as pytest has it.
 """
 
 import functools
@@ -23,7 +23,7 @@ from ukrt.model.presets import load_preset
 FINGERS = {1: "paper", 3: "classical"}  # contacts -> the preset whose finger it is
 FRETS = (0, 1, 5, 7, 12, 19)
 PARTIALS = (1, 2, 3, 4, 5, 8)
-SECONDS = 4.0
+SECONDS = 2.0  # the same to four digits as with 4 s and every string's force by itself
 PLUCKS = (0.23, 0.41)  # of the sounding span from the bridge: no node of partials 1 to 8
 HEARD_AT = 0.15  # of the string from the bridge: the pluck that decides which of two mixed poles is the note's
 TEST_PLUCK = 1.0  # N
@@ -100,7 +100,7 @@ def oracle_poles(guitar, intonation, string, fret, polarization="Y"):
 
 
 def engine_record(guitar, intonation, note, sample_rate, seconds=SECONDS):
-    """Bridge forces of the ringing strings after two plucks, one after the other: (samples, 2 strings) [N].
+    """Bridge forces after two plucks side by side [N]: the own string's and the other strings' sum, (samples, 4).
 
     In Z it is the constraint force of the note's own string, the others have none: (samples, 2).
     """
@@ -119,17 +119,18 @@ def engine_record(guitar, intonation, note, sample_rate, seconds=SECONDS):
         advance(d, i, at.CHUNK)
         assert i[at.H_BUSY] == 0, "a gesture is still under way"
         count = int(seconds * sample_rate)
-        runs.append(_forces(d, i, count, len(guitar.strings)) if note.polarization == "Y" else _forces_z(d, i, count, own))
+        runs.append(_forces_y(d, i, count, own) if note.polarization == "Y" else _forces_z(d, i, count, own))
     return np.concatenate(runs, axis=1)
 
 
-def _forces(d, i, count, n_strings):
+def _forces_y(d, i, count, string):
     out = np.empty((count // at.CHUNK, at.CHUNK, at.LANES))
     forces = d[at.STRINGS_OUT : at.STRINGS_OUT + at.CHUNK * at.LANES].reshape(at.CHUNK, at.LANES)
     for block in out:
         advance(d, i, at.CHUNK)
         block[:] = forces
-    return out.reshape(-1, at.LANES)[:, :n_strings]
+    out = out.reshape(-1, at.LANES)
+    return np.stack([out[:, string], out.sum(axis=1) - out[:, string]], axis=1)
 
 
 def _forces_z(d, i, count, string):
@@ -150,6 +151,25 @@ def compare(note, sample_rate=48000.0):
     found = nearest_poles(record, sample_rate, truth)
     cents = 1200.0 * np.log2(found[:, 0] / frequency(truth))
     return Comparison(note, partials, frequency(truth), decay(truth), cents, found[:, 1] / decay(truth) - 1.0)
+
+
+def limits(n_contacts, partial):
+    """What the project demands: cents and relative decay rate; None for partial 8 with three contacts."""
+    if n_contacts > 1:
+        return (0.3, 0.06) if partial <= 5 else None
+    return (0.05 if partial <= 5 else 0.3), 0.01
+
+
+def broken_limits(result):
+    """The limits that a `Comparison` breaks, in words: list of str, empty if all is well."""
+    words = []
+    for n, cents, loss in zip(result.partials, result.cents, result.decay_errors, strict=True):
+        allowed = limits(result.note.n_contacts, n)
+        if allowed and not abs(cents) <= allowed[0]:
+            words.append(f"{result.note}, partial {n}: {cents:+.3f} cents, legal {allowed[0]:g}")
+        if allowed and not abs(loss) <= allowed[1]:
+            words.append(f"{result.note}, partial {n}: decay {100 * loss:+.2f} %, legal {100 * allowed[1]:g} %")
+    return words
 
 
 def nearest_poles(record, sample_rate, truth):
