@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from engine.bench import add, classical, fret_place, on_bench, run, undamped
 from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
+from scipy.signal import butter, sosfilt
 
 from ukrt.engine import gestures
 from ukrt.engine import layout as at
@@ -53,7 +54,7 @@ def _scripts():
         "landing on a sounding string": lambda g: [(3000, gestures.PRESS, LOW_E, _frets(g, LOW_E, 5), 240)],
         "lift": lambda g: [
             (10, gestures.PRESS, LOW_E, _frets(g, LOW_E, 5), 240),
-            (6000, gestures.LIFT, LOW_E),
+            (6000, gestures.LIFT, LOW_E, 0.0, 144),
         ],
         "slide": lambda g: [
             (10, gestures.PRESS, LOW_E, _frets(g, LOW_E, 5), 240),
@@ -63,7 +64,7 @@ def _scripts():
         "damped and lifted": lambda g: [
             (10, gestures.PRESS, LOW_E, _frets(g, LOW_E, 3), 240),
             (4000, gestures.DAMP, LOW_E, 1.0, 384),
-            (8000, gestures.LIFT, LOW_E),
+            (8000, gestures.LIFT, LOW_E, 0.0, 144),
             (9000, gestures.UNDAMP, LOW_E, 0.0, 240),
         ],
         "bend": lambda g: [(4000, gestures.TENSION, LOW_E, 2.0 ** (2 / 6), 4800)],
@@ -148,3 +149,23 @@ def test_slow_slide_keeps_the_action_of_the_string():
 
 
 _BODY = ("frequencies_hz", "damping_ratios", "modal_masses", "shapes_bass", "shapes_treble")
+
+
+def test_a_lifted_finger_lets_go_gently():
+    """Above 8 kHz, where the string has fallen silent, the bridge hears a finger torn off, but not one that lets go."""
+    guitar = classical()
+    above = butter(4, 8000.0, "high", fs=48000.0, output="sos")
+    loud = {}
+    for ramp in (0, 1, 144):
+        d, i = on_bench(guitar)
+        add(d, i, 0, gestures.PRESS, LOW_E, _frets(guitar, LOW_E, 5), 240)
+        _pluck(d, i, LOW_E, 5.0)
+        if ramp:
+            add(d, i, 12000, gestures.LIFT, LOW_E, 0.0, ramp)
+        ledger, saved, force = np.zeros(8), np.zeros(at.D_SIZE), np.zeros(12600)
+        for k in range(len(force)):
+            metered_steps(d, i, 1, ledger, saved)
+            force[k] = -d[at.LAM_Y + LOW_E]
+        loud[ramp] = np.sqrt(np.mean(sosfilt(above, force)[12000:] ** 2))
+    assert loud[1] > 10.0 * loud[0], "a finger torn off should be heard"
+    assert loud[144] < 2.0 * loud[0]

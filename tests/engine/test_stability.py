@@ -19,7 +19,7 @@ def _random_hands(rng, guitar, d, i):
         if choice < 0.3:
             perform(d, i, gestures.PRESS, s, float(rng.uniform(0.05, 0.9)) * string.length, frames, 0.0, 0.0)
         elif choice < 0.4:
-            perform(d, i, gestures.LIFT, s, 0.0, 0.0, 0.0, 0.0)
+            perform(d, i, gestures.LIFT, s, 0.0, frames, 0.0, 0.0)
         elif choice < 0.5:
             perform(d, i, gestures.DAMP, s, float(rng.random()), frames, 0.0, 0.0)
         elif choice < 0.6:

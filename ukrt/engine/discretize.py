@@ -17,7 +17,7 @@ from ukrt.model.body import body_modes, bridge_ends
 from ukrt.model.strings import REFERENCE_HZ, string_modes, string_modes_range
 
 LINEAR = 1e200  # 4 L / ES of a string without tension modulation
-MATCH = 0.25  # residual modes are matched at this share of the bandwidth (chosen by measurement, see the README)
+MATCH = (0.25, 0.75)  # shares of the bandwidth where pseudo-modes are matched (chosen by measurement, see the README)
 RATES = (44100.0, 192000.0)
 
 
@@ -86,9 +86,7 @@ def fill_instance(d, i, guitar, intonation, sample_rate):
 
     i[at.H_FINGER], i[at.H_DAMPER] = len(guitar.finger.contacts), len(guitar.damper.places)
     i[at.H_PORTS] = 1
-    meter = at.METER
-    d[meter + at.M_RATE] = sample_rate
-    d[meter + at.M_MATCH] = 2.0 * np.pi * MATCH * guitar.basis.bandwidth_hz
+    d[at.METER + at.M_RATE] = sample_rate
     d[at.SIGMA : at.SIGMA + at.LANES] = 1.0
     _fill_contacts(d, guitar, 1.0 / sample_rate)
     _fill_body(d, i, guitar.body, 1.0 / sample_rate)
@@ -125,23 +123,45 @@ def _fill_string(d, i, s, string, bandwidth_hz, tile):
     d[at.XI + s] = string.bridge_position
     d[at.SIGMA + s] = 4.0 * string.length / string.axial_stiffness if string.axial_stiffness > 0.0 else LINEAR
     start = at.TABLES_AT + s * at.TABLES * at.TABLE
-    d[start : start + at.TABLES * at.TABLE] = residual_tables(string, bandwidth_hz, d[at.METER + at.M_MATCH]).ravel()
+    rate = d[at.METER + at.M_RATE]
+    matches = matching_frequencies(string_modes(string, bandwidth_hz).omega, bandwidth_hz)
+    d[own + at.S_MATCH_1 : own + at.S_MATCH_1 + at.MATCHES] = matches / rate
+    d[start : start + at.TABLES * at.TABLE] = residual_tables(string, bandwidth_hz, matches, rate).ravel()
     return tile + tiles
 
 
-def residual_tables(string, bandwidth_hz, match):
-    """What the cut modes lack between two places, as functions of a distance: with c = cos(p distance), the sums of
-    c / (m omega^2), of c / (m omega^2 (omega^2 - match^2)) and of 2 zeta c / (m omega^3), since
-    sin p x sin p y = [cos p(x - y) - cos p(x + y)] / 2.
+def matching_frequencies(omega, bandwidth_hz):
+    """Where pseudo-modes are matched [rad/s]: midway between two modes, so that none is near its pole there."""
+    wanted = 2.0 * np.pi * bandwidth_hz * np.array(MATCH)
+    if len(omega) < 8:
+        return wanted
+    below = np.clip(np.searchsorted(omega, wanted) - 1, 0, len(omega) - 2)
+    return 0.5 * (omega[below] + omega[below + 1])
+
+
+def residual_tables(string, bandwidth_hz, matches, sample_rate):
+    """What the cut modes lack between two places, as functions of a distance: sums of cos(p distance) times the static
+    compliance, and at each matching frequency times the real part and the loss (minus the imaginary part) of the
+    receptance and rho, since sin p x sin p y = [cos p(x - y) - cos p(x + y)] / 2.
+
+    Parameters
+    ----------
+    string : ukrt.model.parameters.String
+    bandwidth_hz : float [Hz]
+    matches : ndarray (MATCHES,) [rad/s]
+    sample_rate : float [Hz]
 
     Returns
     -------
-    ndarray (TABLES, TABLE)
+    ndarray (TABLES, TABLE) [m/N]
         On an even grid over [0, L].
     """
     cut = string_modes_range(string, bandwidth_hz, REFERENCE_HZ)
-    static = 1.0 / (cut.mass * cut.omega**2)
-    weights = (static, static / (cut.omega**2 - match**2), static * 2.0 * cut.zeta / cut.omega)
+    weights = [1.0 / (cut.mass * cut.omega**2)]
+    for match in matches:
+        half = 0.5 * match / sample_rate
+        receptance = np.tan(half) / half * cut.mobility(1j * match)
+        weights += [receptance.real, -receptance.imag]
     steps = at.TABLE - 1
     odd = np.rint(cut.p * 2.0 * string.length / np.pi).astype(int)  # 2 n - 1: cos(p x_j) = cos(2 pi odd j / (4 steps))
     out = np.empty((at.TABLES, at.TABLE))
@@ -160,7 +180,6 @@ def _fill_contacts(d, guitar, dt):
             d[row + at.C_B], d[row + at.C_G] = 1.0, 2.0 * dt / contact.damping
         elif contact.kind == "oscillator":
             d[row + at.C_A], d[row + at.C_B], d[row + at.C_G] = contact_flow(contact, dt)
-            d[row + at.C_STATIC], d[row + at.C_LOSS] = _contact_step_error(contact, dt)
     for j, place in enumerate(guitar.damper.places):
         row = at.CONTACTS + (at.MAX_CONTACTS + j) * at.CONTACT_SIZE
         d[row + at.C_OFFSET], d[row + at.C_DAMPER] = place, guitar.damper.damping_ratio
@@ -177,21 +196,6 @@ def contact_flow(contact, dt):
         return 2.0, -1.0, dt * dt / mass
     decay = np.exp(-damping * dt / mass)
     return 1.0 + decay, -decay, float(-np.expm1(-damping * dt / mass)) * dt / damping
-
-
-def _contact_step_error(contact, dt):
-    """What the step adds to a contact's receptance at low frequency: in omega^2, and in loss [m s^2/N], [m s/N]."""
-    if contact.stiffness == 0.0:
-        return 0.0, 0.0
-    a, b, _ = contact_flow(contact, dt)
-    omega_square = contact.stiffness / contact.mass
-    omega = np.sqrt(omega_square)
-    if omega * dt > 2.0 or contact.damping > 1.4 * contact.mass * omega:
-        return 0.0, 0.0  # stiff or heavily damped: the expansion at low frequency says nothing
-    step = dt * dt / (2.0 - 2.0 * np.cos(omega * dt))
-    static = (step - 1.0 / omega_square - dt * dt / 12.0) / contact.stiffness
-    loss = ((1.0 + b) * dt / (1.0 - a - b) - contact.damping / contact.stiffness) / contact.stiffness
-    return float(static), float(loss)
 
 
 def _fill_body(d, i, body, dt):

@@ -6,7 +6,7 @@ A gesture is (frame, kind, string, p0..p4). What the parameters mean stands besi
 # p0 place/L, p1 peak force [N], p2 angle [rad], p3 ramp [frames], p4 note id; starts at frame, releases at frame + p3
 PLUCK = 1
 PRESS = 2  # p0 place of the stiff contact [m], p1 landing [frames]; slides there if the finger is already down
-LIFT = 3  # the stopping finger leaves the string
+LIFT = 3  # p1 ramp [frames]: the stopping finger leaves the string, its mass, damping and stiffness fading together
 MOVE = 4  # p0 place [m], p1 duration [frames]: the stopping finger slides
 DAMP = 5  # p0 share of the preset's damper, 0..1, p1 ramp [frames]: the damping finger comes down
 UNDAMP = 6  # p1 ramp [frames]: the damping finger lifts

@@ -27,8 +27,9 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
 COEF_A, COEF_B, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
-COEF_STATIC, COEF_LOSS = 40, 44  # what the step itself adds to the receptance at low frequency, see ports.py
-COEF_TILE = 48  # six cache lines
+COEF_ERROR = 40  # the step's error of each mode at the matching frequencies: MATCHES x (real, loss), see residual.py
+MATCHES = 2
+COEF_TILE = 56  # seven cache lines
 
 
 def _sections(start, sizes):
@@ -48,32 +49,34 @@ ACC_STRIDE = 8 * LANES
 
 # Residual tables: functions of a distance on [0, L], see ports.py ----------------------------------------------------
 TABLE = 2049
-TABLES = 3  # static, at the matching frequency, damping
+TABLES = 1 + 2 * MATCHES  # static; real part and loss at each matching frequency
 
 # One string's own numbers --------------------------------------------------------------------------------------------
 STRING_D_SIZE = 192
 (
     S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_AXIAL, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
     S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
-    S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Z, S_IMPEDANCE,
-) = range(24)  # fmt: skip
+    S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Z, S_IMPEDANCE, S_MATCH_1, S_MATCH_2,
+) = range(26)  # fmt: skip
 S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
 S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
 S_LAND_V = 56  # and the string's velocities there when the finger touched
 S_W = 72  # A G A^T of one polarization without the fingers' own part: PORTS x PORTS
 S_PLUCK_W = 112  # A G phi at the pluck: PORTS
+S_PSEUDO = 120  # which column of C each pseudo-mode carries, and by how much: RESIDUAL_MODES each
+S_PSEUDO_WEIGHT = 128
 
 STRING_I_SIZE = 32
 (
     SI_TILE, SI_TILES, SI_END, SI_EXTRA, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH,
     SI_LAND_AT, SI_LAND_LENGTH, SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT,
-    SI_TENSION_LENGTH, SI_CHANGED, SI_PORTS,
-) = range(20)  # fmt: skip
+    SI_TENSION_LENGTH, SI_CHANGED, SI_PORTS, SI_LIFT_AT, SI_LIFT_LENGTH,
+) = range(22)  # fmt: skip
 
 # One kind of contact of the preset's finger: exact flow of (m, c, k), or a rigid point, or a pure damper -------------
 CONTACT_SIZE = 8
 # The offset of a damper is its place / L, C_DAMPER its resistance / sqrt(T mu).
-C_OFFSET, C_A, C_B, C_G, C_STATIC, C_LOSS, C_DAMPER = range(7)
+C_OFFSET, C_A, C_B, C_G, C_DAMPER = range(5)
 
 PLAYER_D_SIZE = 32768
 PLAYER_I_SIZE = 131072
@@ -144,9 +147,9 @@ globals().update(_I)
 ) = range(27)  # fmt: skip
 
 # METER (in d) --------------------------------------------------------------------------------------------------------
-M_PEAK, M_RATE, M_MATCH, M_TICKS_PER_FRAME, M_GAIN = range(5)
-# the loudest sample so far; frames per second; where residual modes are matched [rad/s]; ticks of the processor's
-# counter in one frame; gain of what goes to a sound card
+M_PEAK, M_RATE, M_TICKS_PER_FRAME, M_GAIN = range(4)
+# the loudest sample so far; frames per second; ticks of the processor's counter in one frame; gain of what goes to a
+# sound card
 
 # The instance, as a host sees it: a table of 64-bit words ------------------------------------------------------------
 (

@@ -49,6 +49,7 @@ I_DAMPED_IDLE = PLAYER_I + 10  # 1: idle strings stay damped
 I_BEND_RANGE = PLAYER_I + 11  # cents, before any RPN
 I_BEND_RAMP = PLAYER_I + 12
 I_BEND_SLOT = PLAYER_I + 13  # least frames between two tension gestures of a string
+I_LIFT_RAMP = PLAYER_I + 14  # frames in which a finger lets go
 I_OPEN = PLAYER_I + 16  # MIDI note of each open string
 I_FOLD = I_OPEN + ROW  # pitch that is played for each MIDI note, or -1
 

@@ -11,6 +11,7 @@ from ukrt.playing.rules import (
     BEND_RAMP_TIME,
     BEND_SLOT_TIME,
     GAP_TIME,
+    LIFT_TIME,
     QUICK_TIME,
     SETTLE_TIME,
     fold_table,
@@ -36,12 +37,14 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_FRETS] = guitar.playing.frets
     i[at.I_SPAN] = guitar.playing.hand_span_frets
     i[at.I_LEAD] = lead
-    i[at.I_LANDING] = min(_frames(guitar.finger.landing_time, sample_rate), max(1, lead - 1))
+    lift = min(_frames(LIFT_TIME, sample_rate), max(1, lead // 3))
+    i[at.I_LIFT_RAMP] = lift
+    i[at.I_LANDING] = min(_frames(guitar.finger.landing_time, sample_rate), max(1, lead - lift - 1))
     i[at.I_DAMP_RAMP] = damp
     i[at.I_UNDAMP_RAMP] = _frames(guitar.damper.release_time, sample_rate)
     i[at.I_QUICK_RAMP] = min(_frames(QUICK_TIME, sample_rate), max(1, lead // 2))
     i[at.I_SETTLE] = damp + _frames(SETTLE_TIME, sample_rate)
-    i[at.I_GAP] = _frames(GAP_TIME, sample_rate)
+    i[at.I_GAP] = max(_frames(GAP_TIME, sample_rate), lift + 1)
     i[at.I_DAMPED_IDLE] = guitar.playing.idle_strings == "damped"
     i[at.I_BEND_RANGE] = round(100 * guitar.playing.bend_range_semitones)
     i[at.I_BEND_RAMP] = _frames(BEND_RAMP_TIME, sample_rate)

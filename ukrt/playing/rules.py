@@ -7,6 +7,7 @@ import numpy as np
 
 SETTLE_TIME = 0.15  # s from the damper's arrival to the finger's lift: the string is silent by then (estimate)
 GAP_TIME = 0.02  # s from the finger's lift to the damper's (estimate)
+LIFT_TIME = 0.003  # s in which a finger lets go of a string (estimate)
 QUICK_TIME = 0.002  # s for a damper that must go, or come, at once (estimate)
 BEND_RAMP_TIME = 0.005  # s over which the tension follows one bend message
 BEND_SLOT_TIME = 0.0025  # s: messages nearer than this are one bend

@@ -15,6 +15,9 @@ from ukrt.engine.kernels.slide import begin_slide, follow_slide
 
 DAMP_EVERY = 8  # samples between two steps of a damper's ramp
 BEND_EVERY = 32  # samples between two steps of the tension
+LIFT_EVERY = 4  # samples between two steps of a finger's grip
+LEAST_GRIP = 1e-4  # of its mass, damping and stiffness that a finger still has when it lets go
+RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go
 SHORTEST_PLUCK = 2  # samples
 
 # What is to be done about a string's ports before the next sample; bits of SI_CHANGED.
@@ -34,6 +37,8 @@ def _press(d, i, s, place, frames):
     """The stopping finger comes down, at rest."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     n_finger = i[at.H_FINGER]
+    if i[own_i + at.SI_FINGER] > 0:
+        _remove_finger(d, i, s)
     for j in range(i[own_i + at.SI_DAMPER], 0, -1):
         _move_row(d, s, j, j + n_finger)
     for j in range(n_finger):
@@ -60,17 +65,42 @@ def _catch_string(d, i, s):
 
 
 @kernel
-def _lift(d, i, s):
-    """The finger leaves; what energy it holds goes with it."""
+def _set_grip(d, i, s, grip):
+    """Scale the finger's mass, damping and stiffness by ``grip``: only its compliance changes, energy leaves.
+
+    A rigid point has no compliance to scale; it becomes the spring 1 / g.
+    """
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    for j in range(i[own_i + at.SI_FINGER]):
+        compliance = d[at.CONTACTS + j * at.CONTACT_SIZE + at.C_G]
+        if compliance == 0.0:
+            compliance = RIGID_COMPLIANCE
+        d[at.FIN_G + (1 + j) * at.LANES + s] = compliance / grip
+
+
+@kernel
+def _follow_lift(d, i, s):
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    i[own_i + at.SI_LIFT_AT] += 1
+    now, length = i[own_i + at.SI_LIFT_AT], i[own_i + at.SI_LIFT_LENGTH]
+    if now >= length:
+        _remove_finger(d, i, s)
+    elif now % LIFT_EVERY == 0:
+        _set_grip(d, i, s, LEAST_GRIP ** (now / length))
+        i[own_i + at.SI_CHANGED] |= RESISTANCE_CHANGED
+
+
+@kernel
+def _remove_finger(d, i, s):
+    """The finger is gone; what energy it still holds goes with it."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     n_finger = i[own_i + at.SI_FINGER]
-    if n_finger == 0:
-        return
     for j in range(1, n_finger + 1):
         _move_row(d, s, j, 0)
     for j in range(1, i[own_i + at.SI_DAMPER] + 1):
         _move_row(d, s, j + n_finger, j)
     i[own_i + at.SI_FINGER] = i[own_i + at.SI_LAND_LENGTH] = i[own_i + at.SI_MOVE_LENGTH] = 0
+    i[own_i + at.SI_LIFT_LENGTH] = 0
     i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~LANDED
 
 
@@ -137,12 +167,13 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
     if kind == kinds.PLUCK:
         _pluck(d, i, s, p0, p1, p2, int(max(p3, 1.0)))
     elif kind == kinds.PRESS or kind == kinds.MOVE:
-        if i[own_i + at.SI_FINGER] > 0:
+        if i[own_i + at.SI_FINGER] > 0 and i[own_i + at.SI_LIFT_LENGTH] == 0:
             begin_slide(d, i, s, p0, frames)
         elif kind == kinds.PRESS and i[at.H_FINGER] > 0:
             _press(d, i, s, p0, frames)
     elif kind == kinds.LIFT:
-        _lift(d, i, s)
+        if i[own_i + at.SI_FINGER] > 0 and i[own_i + at.SI_LIFT_LENGTH] == 0:
+            i[own_i + at.SI_LIFT_AT], i[own_i + at.SI_LIFT_LENGTH] = 0, frames
     elif kind == kinds.DAMP:
         _damp(d, i, s, min(max(p0, 0.0), 1.0), frames)
     elif kind == kinds.UNDAMP:
@@ -161,7 +192,8 @@ def _mark_busy(i):
     for s in range(i[at.H_STRINGS]):
         own_i = at.STRING_I + s * at.STRING_I_SIZE
         busy += i[own_i + at.SI_PLUCK] + i[own_i + at.SI_LAND_LENGTH] + i[own_i + at.SI_MOVE_LENGTH]
-        busy += i[own_i + at.SI_DAMP_LENGTH] + i[own_i + at.SI_TENSION_LENGTH] + i[own_i + at.SI_CHANGED]
+        busy += i[own_i + at.SI_LIFT_LENGTH] + i[own_i + at.SI_DAMP_LENGTH] + i[own_i + at.SI_TENSION_LENGTH]
+        busy += i[own_i + at.SI_CHANGED]
     i[at.H_BUSY] = 1 if busy > 0 else 0
 
 
@@ -259,6 +291,8 @@ def begin_sample(d, i):
         own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
         if i[own_i + at.SI_TENSION_LENGTH] > 0:
             _follow_tension(d, i, s)
+        if i[own_i + at.SI_LIFT_LENGTH] > 0:
+            _follow_lift(d, i, s)
         if i[own_i + at.SI_DAMP_LENGTH] > 0:
             _follow_damper(d, i, s)
         plucked = i[own_i + at.SI_PLUCK] == 1

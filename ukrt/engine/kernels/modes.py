@@ -1,7 +1,7 @@
 """A string's free modes in discrete time: exact flow at the present tension (Eqs. 48, 49), the motion kept.
 
 Enter the string's constants and its tension ratio; leave a, b, D = g kappa and the bridge column of every mode, and
-what the step's own error adds to the receptance at low frequency (ports.py takes it out again).
+what the step does wrong to each mode's receptance (residual.py takes it out again).
 """
 
 import math
@@ -42,6 +42,22 @@ def _flow(omega, zeta, dt):
 
 
 @kernel
+def _step_error(a, b, phase, theta, zeta, still):
+    """How a mode's receptance in steps differs from rho times the continuous one, at ``phase`` radians a sample.
+
+    Real part and loss (minus the imaginary part), for column products: a mode with column c adds c c^T times this.
+    """
+    real = math.cos(phase) * (1.0 - b) - a
+    imaginary = math.sin(phase) * (1.0 + b)
+    size = real * real + imaginary * imaginary
+    rho = math.tan(0.5 * phase) / (0.5 * phase)
+    stiff = (theta * theta - phase * phase) / (theta * theta)
+    lossy = 2.0 * zeta * phase / theta
+    exact = rho / (still * (stiff * stiff + lossy * lossy))
+    return real / size - stiff * exact, imaginary / size - lossy * exact
+
+
+@kernel
 def tune_string(d, i, s):
     """Set the coefficients of string ``s`` for its present tension ratio; where it is at k and k - 1 stays."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
@@ -67,7 +83,9 @@ def tune_string(d, i, s):
                 d[x + 8 + half] = scale * (a * now + b * before)
         d[c + at.COEF_A], d[c + at.COEF_B], d[c + at.COEF_D] = a, b, g * 0.5 * p * p * length
         d[c + at.COEF_COLUMNS] = math.sqrt(g) if n % 2 == 1 else -math.sqrt(g)
-        step = dt * dt / (2.0 - 2.0 * math.cos(omega * dt))
-        d[c + at.COEF_STATIC] = (step - 1.0 / (omega * omega) - dt * dt / 12.0) / still
-        d[c + at.COEF_LOSS] = ((1.0 + b) * dt / still - 2.0 * zeta / omega) / still
+        for match in range(at.MATCHES):
+            phase = d[own + at.S_MATCH_1 + match] * math.sqrt(ratio)
+            real, loss = _step_error(a, b, phase, omega * dt, zeta, still)
+            d[c + at.COEF_ERROR + 8 * match] = real
+            d[c + at.COEF_ERROR + 8 * match + 4] = loss
     d[own + at.S_IMPEDANCE] = math.sqrt(d[own + at.S_TENSION] * ratio * d[own + at.S_DENSITY])

@@ -67,10 +67,14 @@ def start_note(d, i, s, frame, pitch, force, seq, ratio):
         ask(d, i, frame, do.UNDAMP, s, 0.0, i[at.I_QUICK_RAMP])
     i[at.S_DAMP + s] = -1
     finger = i[at.S_FINGER + s]
-    if finger > 0 and finger != fret:
-        ask(d, i, frame, do.LIFT, s, 0.0, 0.0)
+    if timeline_cancel(d, i, s, do.PRESS, frame) > 0:
+        finger = -1  # still in the air; where it would have landed is where it is not
+    landing = 0
+    if finger != 0 and finger != fret:
+        ask(d, i, frame, do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
+        landing = i[at.I_LIFT_RAMP]
     if fret > 0 and finger != fret:
-        ask(d, i, frame, do.PRESS, s, d[at.D_PLACES + s * at.FRET_ROW + fret], i[at.I_LANDING])
+        ask(d, i, frame + landing, do.PRESS, s, d[at.D_PLACES + s * at.FRET_ROW + fret], i[at.I_LANDING])
     i[at.S_FINGER + s] = fret
     set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
     ramp = float(i[at.I_LEAD])
@@ -93,7 +97,7 @@ def restore_ending(d, i, s, frame):
     if i[at.S_DAMP + s] >= frame:
         ask(d, i, i[at.S_DAMP + s], do.DAMP, s, 1.0, i[at.I_DAMP_RAMP])
     if i[at.S_LIFT + s] >= frame:
-        ask(d, i, i[at.S_LIFT + s], do.LIFT, s, 0.0, 0.0)
+        ask(d, i, i[at.S_LIFT + s], do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
     if i[at.S_UNDAMP + s] >= frame:
         ask(d, i, i[at.S_UNDAMP + s], do.UNDAMP, s, 0.0, i[at.I_UNDAMP_RAMP])
 
@@ -109,7 +113,7 @@ def damp_string(d, i, s, now, frame, ramp):
         i[at.S_DAMP + s] = frame
     i[at.S_STATE + s] = at.DAMPING
     if i[at.S_FINGER + s] > 0:
-        ask(d, i, lifting, do.LIFT, s, 0.0, 0.0)
+        ask(d, i, lifting, do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
         i[at.S_LIFT + s] = lifting
     if i[at.I_DAMPED_IDLE] == 0:
         i[at.S_UNDAMP + s] = lifting + i[at.I_GAP]

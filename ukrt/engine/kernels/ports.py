@@ -140,8 +140,8 @@ def refit_string(d, i, s):
         for k in range(4 * n_new, 4 * at.COLUMNS):
             d[at.COEF + tile * at.COEF_TILE + at.COEF_COLUMNS + k] = 0.0
     set_columns(d, i, s, 1, n_new)
-    rebuild_residual(d, i, s, n_old, n_new)
-    spare = 1 if n_new <= at.TILE else 0  # the second tile of pseudo-modes is empty
+    n_pseudo = rebuild_residual(d, i, s, n_old, n_new)
+    spare = 1 if n_pseudo <= at.TILE else 0  # the second tile of pseudo-modes is empty
     i[own_i + at.SI_END] = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - spare
     i[own_i + at.SI_EXTRA] = n_new - 1
     if i[own_i + at.SI_MOVE_LENGTH] > 0:  # a slide under way: the finger is at its segment's end already

@@ -1,12 +1,12 @@
 """What the basis cuts off, given back to a string's ports: pseudo-modes with the right compliance, inertia, loss.
 
-Enter the ports of one string (bridge, contacts, pluck); leave one pseudo-mode per port, in the string's last two
-tiles. Their static compliance R is that of all cut modes, R = C C^T with C lower triangular and the bridge first; each
-pseudo-mode is a column of C. Frequency and damping of each are chosen so that, along the diagonal of C^-1 (.) C^-T,
-the whole discrete receptance (cut modes, plus what the step does wrong to the modes it has) is right at zero and at
-the matching frequency. The discrete receptance of every exact mode is the continuous one times rho = tan(w dt/2) / (w
-dt/2) near its pole; a factor common to all subsystems moves no pole, so rho times the continuous receptance is what is
-aimed at.
+Enter the ports of one string (bridge, contacts, pluck); leave pseudo-modes in the string's last two tiles. Their static
+compliance R is that of all cut modes, R = C C^T with C lower triangular and the bridge first; column j of C is carried
+by one pseudo-mode, or, for bridge and contact of a string held at no more than one point, by two. Their frequencies and
+losses are chosen so that, along the diagonal of C^-1 (.) C^-T, the whole discrete receptance is right at one or two
+matching frequencies: the cut modes are added and what the step does wrong to the modes of the basis is taken out. In
+steps a mode's receptance is the continuous one times rho = tan(w dt/2) / (w dt/2) near its pole; a factor common to all
+subsystems moves no pole, so rho times the continuous receptance is what is aimed at.
 """
 
 import math
@@ -15,11 +15,12 @@ from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.linalg import ROW, cholesky, solve_lower, solve_upper, whiten
 
-M_STATIC, M_MATCHED, M_LOSS, M_OLD, M_CROSS = (at.SCRATCH + 64 * k for k in range(5))
-V_MOVED = at.SCRATCH + 320  # residual displacement of the old ports: Y now, Y before, Z now, Z before; 8 each
-V_NEXT = at.SCRATCH + 352
-X_OLD = at.SCRATCH + 384  # the old ports' places
-HIGHEST = 3.96  # (2 sin(theta/2))^2 of a pseudo-mode; 4 is the limit of the step
+M_STATIC, M_OLD, M_CROSS, M_REAL, M_LOSS = (at.SCRATCH + 64 * k for k in (0, 1, 2, 3, 5))  # the last two: MATCHES each
+V_MOVED = at.SCRATCH + 448  # residual displacement of the old ports: Y now, Y before, Z now, Z before; 8 each
+V_NEXT = at.SCRATCH + 480
+X_OLD = at.SCRATCH + 512  # the old ports' places
+HIGHEST = 3.96  # (2 sin(theta / 2))^2 of a pseudo-mode; 4 is the limit of the step
+UPPER = 3.9  # the same of the upper one of two
 MOST_DAMPED = 1.0  # decay of a pseudo-mode in one step [Np]
 
 
@@ -54,7 +55,7 @@ def _fill(d, s, kind, rows, n_rows, columns, n_columns, out, scale):
 
 
 @kernel
-def _pseudo_places(i, s, j):
+def pseudo_places(i, s, j):
     """Offsets of pseudo-mode ``j`` in its state and coefficient tile."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     tile = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - 2 + j // 4
@@ -70,7 +71,7 @@ def remember_residual(d, i, s, n_old):
         for k in range(4):
             d[V_MOVED + 8 * k + port] = 0.0
         for j in range(at.RESIDUAL_MODES):
-            x, c = _pseudo_places(i, s, j)
+            x, c = pseudo_places(i, s, j)
             column = d[c + at.COEF_COLUMNS + 4 * port]
             if column != 0.0:
                 for half in range(2):
@@ -102,68 +103,133 @@ def _carry_over(d, s, n_old, n_new):
 
 @kernel
 def _matrices(d, i, s, n_ports):
-    """R, and what the receptance should add at the matching frequency and in loss, the basis' own error taken out."""
+    """R, and what the receptance lacks at the matching frequencies, real part and loss."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    places, ratio = own + at.S_PORT_X, d[own + at.S_RATIO]
-    _fill(d, s, 0, places, n_ports, places, n_ports, M_STATIC, 1.0 / ratio)
-    _fill(d, s, 1, places, n_ports, places, n_ports, M_MATCHED, 1.0 / (ratio * ratio))
-    _fill(d, s, 2, places, n_ports, places, n_ports, M_LOSS, 1.0 / (ratio * math.sqrt(ratio)))
-    rate, match = d[at.METER + at.M_RATE], d[at.METER + at.M_MATCH]
-    half = 0.5 * match / rate
-    rho, square = math.tan(half) / half, (2.0 * rate * math.sin(half)) ** 2
+    places, scale = own + at.S_PORT_X, 1.0 / d[own + at.S_RATIO]
+    _fill(d, s, 0, places, n_ports, places, n_ports, M_STATIC, scale)
     first, modes = i[own_i + at.SI_TILE], i[own_i + at.SI_TILES] - 2
-    for j in range(n_ports):
-        for k in range(j + 1):
-            static, loss = 0.0, 0.0
-            for tile in range(first, first + modes):
-                c = at.COEF + tile * at.COEF_TILE
-                for lane in range(4):
-                    both = d[c + at.COEF_COLUMNS + 4 * j + lane] * d[c + at.COEF_COLUMNS + 4 * k + lane]
-                    static += both * d[c + at.COEF_STATIC + lane]
-                    loss += both * d[c + at.COEF_LOSS + lane]
-            cut = d[M_STATIC + ROW * j + k]
-            wanted = rho * (cut + match * match * d[M_MATCHED + ROW * j + k]) - cut
-            d[M_MATCHED + ROW * j + k] = wanted / square - static
-            d[M_LOSS + ROW * j + k] -= loss
-            d[M_MATCHED + ROW * k + j], d[M_LOSS + ROW * k + j] = d[M_MATCHED + ROW * j + k], d[M_LOSS + ROW * j + k]
-    for j in range(i[own_i + at.SI_FINGER]):
-        contact = at.CONTACTS + j * at.CONTACT_SIZE
-        d[M_MATCHED + (ROW + 1) * (j + 1)] -= d[contact + at.C_STATIC]
-        d[M_LOSS + (ROW + 1) * (j + 1)] -= d[contact + at.C_LOSS]
+    for match in range(at.MATCHES):
+        real, loss = M_REAL + 64 * match, M_LOSS + 64 * match
+        _fill(d, s, 1 + 2 * match, places, n_ports, places, n_ports, real, scale)
+        _fill(d, s, 2 + 2 * match, places, n_ports, places, n_ports, loss, scale)
+        for j in range(n_ports):
+            for k in range(j + 1):
+                error, lost = 0.0, 0.0
+                for tile in range(first, first + modes):
+                    c = at.COEF + tile * at.COEF_TILE
+                    for lane in range(4):
+                        both = d[c + at.COEF_COLUMNS + 4 * j + lane] * d[c + at.COEF_COLUMNS + 4 * k + lane]
+                        error += both * d[c + at.COEF_ERROR + 8 * match + lane]
+                        lost += both * d[c + at.COEF_ERROR + 8 * match + 4 + lane]
+                d[real + ROW * j + k] -= error
+                d[loss + ROW * j + k] -= lost
+                d[real + ROW * k + j], d[loss + ROW * k + j] = d[real + ROW * j + k], d[loss + ROW * j + k]
 
 
 @kernel
-def rebuild_residual(d, i, s, n_old, n_new):
-    """Make the pseudo-modes of string ``s`` for its ``n_new`` ports and give them the displacement noted before."""
+def _one_mode(real, loss, q, sine, lowest):
+    """Theta^2 and decay per step of one pseudo-mode of unit compliance that is right at one frequency."""
+    square = real * q / (real - 1.0) if real > 1.0 else HIGHEST
+    square = min(max(square, lowest), HIGHEST)
+    return square, loss * (square - q) ** 2 / (2.0 * square * sine)
+
+
+@kernel
+def _two_modes(real_1, real_2, q_1, q_2):
+    """Share and theta^2 of the lower of two pseudo-modes right at two frequencies; share 0: there is no such pair."""
+    k_1 = (real_1 * (1.0 - q_1 / UPPER) - 1.0) / q_1
+    k_2 = (real_2 * (1.0 - q_2 / UPPER) - 1.0) / q_2
+    below = k_1 * q_1 - k_2 * q_2
+    inverse = (k_1 - k_2) / below if below != 0.0 else 0.0
+    if not (inverse * 1.2 * q_2 < 1.0 and inverse * (UPPER - 0.1) > 1.0):
+        return 0.0, 0.0
+    share = k_1 * (1.0 - q_1 * inverse) / (inverse - 1.0 / UPPER)
+    if not (share > 0.0 and share < 1.0):
+        return 0.0, 0.0
+    return share, 1.0 / inverse
+
+
+@kernel
+def _two_losses(loss_1, loss_2, q_1, q_2, sine_1, sine_2, share, square):
+    """Decays per step of two pseudo-modes whose losses are right at two frequencies, neither below zero."""
+    a_1 = share * 2.0 * square * sine_1 / (square - q_1) ** 2
+    a_2 = share * 2.0 * square * sine_2 / (square - q_2) ** 2
+    b_1 = (1.0 - share) * 2.0 * UPPER * sine_1 / (UPPER - q_1) ** 2
+    b_2 = (1.0 - share) * 2.0 * UPPER * sine_2 / (UPPER - q_2) ** 2
+    scale = a_1 * b_2 - a_2 * b_1
+    lower, upper = loss_1 / a_1, 0.0
+    if scale != 0.0:
+        first, second = (loss_1 * b_2 - loss_2 * b_1) / scale, (loss_2 * a_1 - loss_1 * a_2) / scale
+        if first >= 0.0 and second >= 0.0:
+            lower, upper = first, second
+        elif first < 0.0:
+            lower, upper = 0.0, loss_1 / b_1
+    return lower, upper
+
+
+@kernel
+def _place_mode(d, i, s, mode, j, n_ports, share, square, decay):
+    """Write pseudo-mode ``mode``: ``share`` of column ``j`` of C, with its part of the displacement carried over."""
+    x, c = pseudo_places(i, s, mode)
+    decay = min(max(decay, 0.0), MOST_DAMPED)
+    a, b = 2.0 * math.exp(-decay) * (1.0 - 0.5 * square), -math.exp(-2.0 * decay)
+    root, part = math.sqrt(1.0 - a - b), math.sqrt(share)
     own = at.STRING + s * at.STRING_D_SIZE
-    _carry_over(d, s, n_old, n_new)
-    _matrices(d, i, s, n_new)
-    rate, match = d[at.METER + at.M_RATE], d[at.METER + at.M_MATCH]
-    square = (2.0 * math.sin(0.5 * match / rate)) ** 2
-    lowest = (2.0 * math.sin(min(math.pi * d[own + at.S_BANDWIDTH] / rate, 1.4))) ** 2
-    cholesky(d, M_STATIC, n_new)
-    whiten(d, M_STATIC, n_new, M_MATCHED)
-    whiten(d, M_STATIC, n_new, M_LOSS)
-    for k in range(4):
-        solve_lower(d, M_STATIC, n_new, V_MOVED + 8 * k, 1)
-    for j in range(at.RESIDUAL_MODES):
-        x, c = _pseudo_places(i, s, j)
+    d[own + at.S_PSEUDO + mode], d[own + at.S_PSEUDO_WEIGHT + mode] = float(j), root * part
+    d[c + at.COEF_A], d[c + at.COEF_B] = a, b
+    for port in range(n_ports):
+        d[c + at.COEF_COLUMNS + 4 * port] = root * part * d[M_STATIC + ROW * port + j]
+    for half in range(2):
+        now, before = part * d[V_MOVED + 16 * half + j] / root, part * d[V_MOVED + 16 * half + 8 + j] / root
+        d[x + 4 * half] = now
+        d[x + 8 + 4 * half] = a * now + b * before
+
+
+@kernel
+def _clear_modes(d, i, s):
+    for mode in range(at.RESIDUAL_MODES):
+        x, c = pseudo_places(i, s, mode)
+        d[at.STRING + s * at.STRING_D_SIZE + at.S_PSEUDO_WEIGHT + mode] = 0.0
         for k in range(at.COEF_TILE // 4):
             d[c + 4 * k] = 0.0
         for k in range(4):
             d[x + 4 * k] = 0.0
-        if j < n_new and d[M_STATIC + (ROW + 1) * j] > 0.0:
-            wanted = d[M_MATCHED + (ROW + 1) * j] * rate * rate
-            theta_square = (1.0 + wanted * square) / wanted if wanted > 0.0 else HIGHEST
-            theta_square = min(max(theta_square, lowest), HIGHEST)
-            sigma = min(0.5 * max(d[M_LOSS + (ROW + 1) * j], 0.0) * theta_square * rate, MOST_DAMPED)
-            a = 2.0 * math.exp(-sigma) * (1.0 - 0.5 * theta_square)
-            b = -math.exp(-2.0 * sigma)
-            root = math.sqrt(1.0 - a - b)
-            d[c + at.COEF_A], d[c + at.COEF_B] = a, b
-            for port in range(n_new):
-                d[c + at.COEF_COLUMNS + 4 * port] = root * d[M_STATIC + ROW * port + j]
-            for half in range(2):
-                now, before = d[V_MOVED + 16 * half + j] / root, d[V_MOVED + 16 * half + 8 + j] / root
-                d[x + 4 * half] = now
-                d[x + 8 + 4 * half] = a * now + b * before
+
+
+@kernel
+def rebuild_residual(d, i, s, n_old, n_new):
+    """Make the pseudo-modes of string ``s`` for its ``n_new`` ports and give them the motion; returns how many."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    _carry_over(d, s, n_old, n_new)
+    _matrices(d, i, s, n_new)
+    bend = math.sqrt(d[own + at.S_RATIO])
+    phase_1, phase_2 = d[own + at.S_MATCH_1] * bend, d[own + at.S_MATCH_2] * bend
+    q_1, q_2 = (2.0 * math.sin(0.5 * phase_1)) ** 2, (2.0 * math.sin(0.5 * phase_2)) ** 2
+    lowest = (2.0 * math.sin(min(math.pi * d[own + at.S_BANDWIDTH] / d[at.METER + at.M_RATE], 1.4))) ** 2
+    cholesky(d, M_STATIC, n_new)
+    for match in range(at.MATCHES):
+        whiten(d, M_STATIC, n_new, M_REAL + 64 * match)
+        whiten(d, M_STATIC, n_new, M_LOSS + 64 * match)
+    for k in range(4):
+        solve_lower(d, M_STATIC, n_new, V_MOVED + 8 * k, 1)
+    _clear_modes(d, i, s)
+    n_contacts = i[own_i + at.SI_FINGER] + i[own_i + at.SI_DAMPER]
+    mode = 0
+    for j in range(n_new):
+        place = (ROW + 1) * j
+        share, square = 0.0, 0.0
+        if j < 2 and n_contacts < 2:
+            share, square = _two_modes(d[M_REAL + place], d[M_REAL + 64 + place], q_1, q_2)
+        if share > 0.0:
+            lower, upper = _two_losses(
+                d[M_LOSS + place], d[M_LOSS + 64 + place], q_1, q_2, math.sin(phase_1), math.sin(phase_2), share, square
+            )
+            _place_mode(d, i, s, mode, j, n_new, share, square, lower)
+            _place_mode(d, i, s, mode + 1, j, n_new, 1.0 - share, UPPER, upper)
+            mode += 2
+        else:
+            square, decay = _one_mode(d[M_REAL + place], d[M_LOSS + place], q_1, math.sin(phase_1), lowest)
+            if d[M_STATIC + place] > 0.0:
+                _place_mode(d, i, s, mode, j, n_new, 1.0, square, decay)
+            mode += 1
+    return mode

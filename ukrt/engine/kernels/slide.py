@@ -15,7 +15,7 @@ from ukrt.engine.kernels.ports import (
     set_columns,
     sum_string,
 )  # fmt: skip
-from ukrt.engine.kernels.residual import M_STATIC, cut_receptance
+from ukrt.engine.kernels.residual import M_STATIC, cut_receptance, pseudo_places
 
 SEGMENT = 16
 
@@ -39,19 +39,17 @@ def _place_at(d, i, s, now):
 @kernel
 def _aim_pseudo_columns(d, i, s, n_ports):
     """Columns of the pseudo-modes at the ports' new places: the factor of R there, their frequencies kept."""
-    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    own = at.STRING + s * at.STRING_D_SIZE
     x = own + at.S_PORT_X
     for j in range(n_ports):
         for k in range(n_ports):
             d[M_STATIC + ROW * j + k] = cut_receptance(d, s, 0, d[x + j], d[x + k]) / d[own + at.S_RATIO]
     cholesky(d, M_STATIC, n_ports)
-    for j in range(n_ports):
-        tile = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - 2 + j // 4
-        c = at.COEF + tile * at.COEF_TILE + j % 4
-        still = 1.0 - d[c + at.COEF_A] - d[c + at.COEF_B]
-        root = still**0.5 if d[c + at.COEF_B] != 0.0 else 0.0  # a port that was redundant has no pseudo-mode
+    for mode in range(at.RESIDUAL_MODES):
+        weight, j = d[own + at.S_PSEUDO_WEIGHT + mode], int(d[own + at.S_PSEUDO + mode])
+        _, c = pseudo_places(i, s, mode)
         for port in range(1, n_ports):
-            d[c + at.COEF_COLUMNS + 4 * port] = root * d[M_STATIC + ROW * port + j]
+            d[c + at.COEF_COLUMNS + 4 * port] = weight * d[M_STATIC + ROW * port + j]
 
 
 @kernel
