@@ -140,12 +140,20 @@ class Bench:
 
 
 def check_plucks(bench):
-    """Every pluck finds finger, damper and tension as its note wants them; gestures never go back in time."""
-    place, damped = [0.0] * 6, [False] * 6
+    """Every release finds finger, damper and tension as its note wants them; gestures never go back in time."""
+    place, damped, due = [0.0] * 6, [False] * 6, [None] * 6
     log = dict(enumerate(bench.log))
     frames = [frame for frame, _, _, _ in bench.gestures]
     assert frames == sorted(frames)
+
+    def check_releases(now):
+        for s, note in enumerate(due):
+            if note and note["release_frame"] <= now:
+                assert place[s] == (bench.places[s][note["fret"]] if note["fret"] else 0.0) and not damped[s]
+                due[s] = None
+
     for frame, kind, s, p in bench.gestures:
+        check_releases(frame)
         if kind == do.PRESS:
             assert place[s] == 0.0, "a finger lands on a string that has none"
             place[s] = p[0]
@@ -153,11 +161,11 @@ def check_plucks(bench):
             assert place[s] > 0.0
             place[s] = 0.0
         elif kind == do.DAMP:
-            damped[s] = True
+            damped[s], due[s] = True, None  # damped before its release: all sound off
         elif kind == do.UNDAMP:
             damped[s] = False
         elif kind == do.PLUCK:
             note = log[int(p[4])]
-            assert note["string"] == s and note["release_frame"] == frame + bench.lead
-            wanted = bench.places[s][note["fret"]] if note["fret"] else 0.0
-            assert place[s] == wanted and not damped[s]
+            assert note["string"] == s and note["release_frame"] == frame + bench.lead and not damped[s]
+            due[s] = note
+    check_releases(FAR)

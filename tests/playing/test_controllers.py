@@ -169,7 +169,7 @@ def test_all_sound_off_in_the_frame_of_a_note_still_damps_it():
     bench.cc(4000, 120, 0)
     bench.finish()
     check_plucks(bench)
-    assert [kind for _, kind, s, _ in bench.gestures if s == 0][-6:-2] == [do.LIFT, do.PRESS, do.PLUCK, do.DAMP]
+    assert [kind for _, kind, s, _ in bench.gestures if s == 0][-6:-2] == [do.LIFT, do.PLUCK, do.DAMP, do.PRESS]
     bench.on(20000, 41)
     bench.cc(20000, 120, 0)
     bench.on(20000, 42)

@@ -68,7 +68,7 @@ def test_the_finger_stays_for_the_same_fret_and_is_lifted_for_another():
     bench.off(16000, 41)
     bench.on(16000, 42)
     bench.finish()
-    assert [kind for _, kind in kinds(bench, 0)] == [do.PRESS, do.PLUCK, do.PLUCK, do.LIFT, do.PRESS, do.PLUCK]
+    assert [kind for _, kind in kinds(bench, 0)] == [do.PRESS, do.PLUCK, do.PLUCK, do.LIFT, do.PLUCK, do.PRESS]
 
 
 def test_a_note_that_ends_when_it_begins_is_plucked_and_damped_at_its_release():

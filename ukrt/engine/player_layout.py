@@ -128,7 +128,8 @@ S_FINGER = I_STRING + 5 * ROW  # fret under the stopping finger, 0: no finger
 S_DAMP = I_STRING + 6 * ROW  # frame at which the damper comes down, -1: not asked for
 S_LIFT = I_STRING + 7 * ROW  # frame at which the finger lifts, -1
 S_UNDAMP = I_STRING + 8 * ROW  # frame at which the damper lifts, -1
-S_ORDER = I_STRING + 9 * ROW  # value of I_PLUCKS at its last pluck
+S_PRESS = I_STRING + 9 * ROW  # frame at which the finger on its way to S_FINGER lands, -1
+S_ORDER = I_STRING + 10 * ROW  # value of I_PLUCKS at its last pluck
 I_SAVED_SIZE = S_ORDER + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 

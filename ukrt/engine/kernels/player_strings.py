@@ -60,22 +60,29 @@ def bend_string(d, i, s, frame, ratio):
 
 
 @kernel
+def _press(d, i, s):
+    """Ask for the finger to land at its fret, when the string's S_PRESS says."""
+    place = d[at.D_PLACES + s * at.FRET_ROW + i[at.S_FINGER + s]]
+    ask(d, i, i[at.S_PRESS + s], do.PRESS, s, place, i[at.I_LANDING])
+
+
+@kernel
 def start_note(d, i, s, frame, pitch, force, seq, ratio):
     """Damper off, finger to its fret (or off), tension as the channel's bend has it, and the pluck that begins now."""
     fret = pitch - i[at.I_OPEN + s]
     if _cancel_ending(d, i, s, frame) > 0:
         ask(d, i, frame, do.UNDAMP, s, 0.0, i[at.I_QUICK_RAMP])
     i[at.S_DAMP + s] = -1
-    finger = i[at.S_FINGER + s]
-    if timeline_cancel(d, i, s, do.PRESS, frame) > 0:
-        finger = -1  # still in the air; where it would have landed is where it is not
-    landing = 0
-    if finger != 0 and finger != fret:
+    finger, landing = i[at.S_FINGER + s], 0
+    if timeline_cancel(d, i, s, do.PRESS, frame) > 0:  # it was still in the air, on its way from another fret
+        finger, landing = 0, i[at.I_LIFT_RAMP]
+    if finger > 0 and finger != fret:
         ask(d, i, frame, do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
         landing = i[at.I_LIFT_RAMP]
-    if fret > 0 and finger != fret:
-        ask(d, i, frame + landing, do.PRESS, s, d[at.D_PLACES + s * at.FRET_ROW + fret], i[at.I_LANDING])
     i[at.S_FINGER + s] = fret
+    if fret > 0 and finger != fret:
+        i[at.S_PRESS + s] = frame + landing
+        _press(d, i, s)
     set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
     ramp = float(i[at.I_LEAD])
     if timeline_add(d, i, frame, do.PLUCK, s, d[at.D_PLUCK_PLACE], force, d[at.D_PLUCK_ANGLE], ramp, float(seq)) == 0:
@@ -93,9 +100,11 @@ def withdraw_note(d, i, s, frame):
 
 @kernel
 def restore_ending(d, i, s, frame):
-    """Put the string's remembered damping back on the timeline, as far as it lies at ``frame`` or later."""
+    """Put the string's remembered landing and damping back on the timeline, what lies at ``frame`` or later."""
     if i[at.S_DAMP + s] >= frame:
         ask(d, i, i[at.S_DAMP + s], do.DAMP, s, 1.0, i[at.I_DAMP_RAMP])
+    if i[at.S_PRESS + s] >= frame and i[at.S_FINGER + s] > 0:
+        _press(d, i, s)
     if i[at.S_LIFT + s] >= frame:
         ask(d, i, i[at.S_LIFT + s], do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
     if i[at.S_UNDAMP + s] >= frame:
