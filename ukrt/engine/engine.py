@@ -75,6 +75,7 @@ class Engine:
         self.lead_frames = max(1, round(guitar.pluck.duration * self.sample_rate))
         self._finish()
         self._words = self._make_instance()
+        self._address = self._words.ctypes.data
         self._function = CALLBACK(callback.address)
 
     def _finish(self):
@@ -108,7 +109,7 @@ class Engine:
     @property
     def userdata_address(self):
         """Address of this instance's table of words, the callback's user data (int); valid while the engine lives."""
-        return self._words.ctypes.data
+        return self._address
 
     @property
     def frame(self):
@@ -165,7 +166,8 @@ class Engine:
             words = f"it must be C-contiguous float64 (n, {self.channels})"
             raise ParameterError("out", f"{out.dtype} {out.shape}", words)
         if len(out):
-            self._function(None, out.ctypes.data, len(out), None, at.DOUBLE_OUTPUT, self._words.ctypes.data)
+            address = out.__array_interface__["data"][0]  # ten times quicker than out.ctypes
+            self._function(None, address, len(out), None, at.DOUBLE_OUTPUT, self._address)
 
     def energy(self):
         """Energy of strings, body and fingers [J]: what still sounds."""

@@ -74,15 +74,12 @@ def come_to_rest(d, i, v, vi):
 
 @kernel
 def _is_sane(d, i, n):
-    """Whether forces, tensions and output of the chunk are numbers."""
-    total = 0.0
+    """Whether the chunk is all numbers: what is none never leaves the state again, so its last sample tells."""
+    total = d[at.BRIDGE + n - 1] + d[at.BRIDGE + at.CHUNK + n - 1]
     for k in range(at.LANES):
         total += d[at.MU + k] + d[at.LAM_Y + k] + d[at.LAM_Z + k]
-    for k in range(n):
-        total += d[at.BRIDGE + k] + d[at.BRIDGE + at.CHUNK + k]
     if i[at.H_CONVOLVE]:
-        for k in range(n):
-            total += d[at.PRESSURE + k] + d[at.PRESSURE + at.CHUNK + k]
+        total += d[at.PRESSURE + n - 1] + d[at.PRESSURE + at.CHUNK + n - 1]
     return math.isfinite(total)
 
 
@@ -90,17 +87,21 @@ def _is_sane(d, i, n):
 def _write(d, i, n, out, first):
     """The chunk's samples, interleaved, to ``out`` from frame ``first`` on."""
     channels, signal = i[at.H_CHANNELS], i[at.H_SIGNAL]
-    for k in range(n):
-        place = (first + k) * channels
-        if signal == at.SIGNAL_PRESSURE:
-            out[place], out[place + 1] = d[at.PRESSURE + k], d[at.PRESSURE + at.CHUNK + k]
-        elif signal == at.SIGNAL_FORCE:
-            out[place] = d[at.BRIDGE + k] + d[at.BRIDGE + at.CHUNK + k]
-        else:
+    if signal == at.SIGNAL_PRESSURE:
+        for k in range(n):
+            out[2 * (first + k)], out[2 * (first + k) + 1] = d[at.PRESSURE + k], d[at.PRESSURE + at.CHUNK + k]
+    elif signal == at.SIGNAL_FORCE:
+        for k in range(n):
+            out[first + k] = d[at.BRIDGE + k] + d[at.BRIDGE + at.CHUNK + k]
+    else:
+        for k in range(n):
             for s in range(channels):
-                out[place + s] = d[at.STRINGS_OUT + k * at.LANES + s]
-        for channel in range(channels):
-            d[at.METER + at.M_PEAK] = max(d[at.METER + at.M_PEAK], abs(out[place + channel]))
+                out[(first + k) * channels + s] = d[at.STRINGS_OUT + k * at.LANES + s]
+    peak = d[at.METER + at.M_PEAK]
+    for k in range(first * channels, (first + n) * channels):
+        if abs(out[k]) > peak:
+            peak = abs(out[k])
+    d[at.METER + at.M_PEAK] = peak
 
 
 @kernel
