@@ -9,9 +9,9 @@ import numba
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.energy import total_energy
-from ukrt.engine.kernels.hands import begin_sample, end_sample, push_strings
 from ukrt.engine.kernels.ports import count_contacts
 from ukrt.engine.kernels.process import perform_due
+from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
 from ukrt.engine.kernels.solve import solve_constraints
 from ukrt.engine.kernels.sweep import sweep_string
 

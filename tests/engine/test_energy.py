@@ -93,8 +93,9 @@ def test_every_sample_balances_and_gestures_give_nothing(name):
     assert ledger[LARGEST_ERROR] < 1e-10 * ledger[LARGEST_ENERGY]
     kept = total_energy(d, i) + ledger[LOSS] - ledger[PLUCK] - ledger[CONSTRAINT]
     if "bend" not in name:
-        assert ledger[JUMP_UP] < 1e-9 * put_in
-        assert -1e-3 * put_in - _lifted(name, ledger) < kept <= 1e-9 * put_in
+        # New pseudo-modes keep the ports' displacement and velocity; a new frequency weighs the velocity a little anew.
+        assert ledger[JUMP_UP] < 1e-7 * put_in
+        assert -1e-3 * put_in - _lifted(name, ledger) < kept <= 1e-7 * put_in
     assert abs(kept - ledger[JUMP_UP] + ledger[JUMP_DOWN]) < 1e-9 * put_in
 
 

@@ -5,8 +5,8 @@ body at the bass and the treble end of the bridge for each of them.
 """
 
 from ukrt.engine import layout as at
-from ukrt.engine.kernels.hands import begin_sample, end_sample, push_strings
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
 from ukrt.engine.kernels.solve import P_PUSH, solve_constraints
 from ukrt.engine.kernels.sweep import sweep_string
 

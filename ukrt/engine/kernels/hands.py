@@ -1,7 +1,8 @@
-"""What hands do to a string, sample by sample: pluck ramps, landing fingers, dampers, slides and bends.
+"""What hands begin to do to a string: pluck, press, lift, damp, slide, bend.
 
-Enter gestures that are due; leave forces, offsets and coefficients for the next sample. Energy enters a string only as
-the work of the pluck, of a landing finger, of a shortened string or of a raised tension (ukrt/engine/README.md).
+Enter gestures that are due; leave fingers, dampers and ramps under way, and notes of what is to be done about the
+string's ports before the next sample (ramps.py does it). Energy enters a string only as the work of the pluck, of a
+landing finger, of a shortened string or of a raised tension (ukrt/engine/README.md).
 """
 
 import math
@@ -9,23 +10,18 @@ import math
 from ukrt.engine import gestures as kinds
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.modes import tune_string
-from ukrt.engine.kernels.ports import count_contacts, invert_ports, port_motion, refit_string
-from ukrt.engine.kernels.slide import begin_slide, follow_slide
+from ukrt.engine.kernels.ports import port_motion
+from ukrt.engine.kernels.slide import begin_slide
 
-DAMP_EVERY = 8  # samples between two steps of a damper's ramp
-BEND_EVERY = 32  # samples between two steps of the tension
-LIFT_EVERY = 4  # samples between two steps of a finger's grip
-LEAST_GRIP = 1e-4  # of its mass, damping and stiffness that a finger still has when it lets go
-RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go
 SHORTEST_PLUCK = 2  # samples
+RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go
 
 # What is to be done about a string's ports before the next sample; bits of SI_CHANGED.
 PORTS_CHANGED, LANDED, TOUCHED, RESISTANCE_CHANGED = 1, 2, 4, 8
 
 
 @kernel
-def _move_row(d, s, source, target):
+def move_row(d, s, source, target):
     """Take what belongs to contact ``source`` of string ``s`` to place ``target``."""
     for base in (at.FIN_Y, at.FIN_Z, at.FIN_Y1, at.FIN_Z1, at.FIN_A, at.FIN_B, at.FIN_G, at.LAND_Y, at.LAND_Z):
         d[base + target * at.LANES + s] = d[base + source * at.LANES + s]
@@ -38,9 +34,9 @@ def _press(d, i, s, place, frames):
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     n_finger = i[at.H_FINGER]
     if i[own_i + at.SI_FINGER] > 0:
-        _remove_finger(d, i, s)
+        remove_finger(d, i, s)
     for j in range(i[own_i + at.SI_DAMPER], 0, -1):
-        _move_row(d, s, j, j + n_finger)
+        move_row(d, s, j, j + n_finger)
     for j in range(n_finger):
         contact, row = at.CONTACTS + j * at.CONTACT_SIZE, (j + 1) * at.LANES + s
         d[at.FIN_A + row], d[at.FIN_B + row] = d[contact + at.C_A], d[contact + at.C_B]
@@ -54,7 +50,7 @@ def _press(d, i, s, place, frames):
 
 
 @kernel
-def _catch_string(d, i, s):
+def catch_string(d, i, s):
     """Once its contacts are ports: the finger's spring is let go from where the string is, and as fast as it moves."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     for j in range(i[own_i + at.SI_FINGER]):
@@ -65,7 +61,7 @@ def _catch_string(d, i, s):
 
 
 @kernel
-def _set_grip(d, i, s, grip):
+def set_grip(d, i, s, grip):
     """Scale the finger's mass, damping and stiffness by ``grip``: only its compliance changes, energy leaves.
 
     A rigid point has no compliance to scale; it becomes the spring 1 / g.
@@ -79,33 +75,21 @@ def _set_grip(d, i, s, grip):
 
 
 @kernel
-def _follow_lift(d, i, s):
-    own_i = at.STRING_I + s * at.STRING_I_SIZE
-    i[own_i + at.SI_LIFT_AT] += 1
-    now, length = i[own_i + at.SI_LIFT_AT], i[own_i + at.SI_LIFT_LENGTH]
-    if now >= length:
-        _remove_finger(d, i, s)
-    elif now % LIFT_EVERY == 0:
-        _set_grip(d, i, s, LEAST_GRIP ** (now / length))
-        i[own_i + at.SI_CHANGED] |= RESISTANCE_CHANGED
-
-
-@kernel
-def _remove_finger(d, i, s):
+def remove_finger(d, i, s):
     """The finger is gone; what energy it still holds goes with it."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     n_finger = i[own_i + at.SI_FINGER]
     for j in range(1, n_finger + 1):
-        _move_row(d, s, j, 0)
+        move_row(d, s, j, 0)
     for j in range(1, i[own_i + at.SI_DAMPER] + 1):
-        _move_row(d, s, j + n_finger, j)
+        move_row(d, s, j + n_finger, j)
     i[own_i + at.SI_FINGER] = i[own_i + at.SI_LAND_LENGTH] = i[own_i + at.SI_MOVE_LENGTH] = 0
     i[own_i + at.SI_LIFT_LENGTH] = 0
     i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~LANDED
 
 
 @kernel
-def _set_damper(d, i, s, level):
+def set_damper(d, i, s, level):
     """Give the damping finger ``level`` (0 to 1) of its full resistance: g = 2 dt / c."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     d[own + at.S_DAMP_LEVEL] = level
@@ -124,7 +108,7 @@ def _damp(d, i, s, level, frames):
             return
         first = 1 + i[own_i + at.SI_FINGER]
         i[own_i + at.SI_DAMPER] = i[at.H_DAMPER]
-        _set_damper(d, i, s, 0.0)
+        set_damper(d, i, s, 0.0)
         for j in range(first, first + i[at.H_DAMPER]):
             row = j * at.LANES + s
             d[at.FIN_A + row], d[at.FIN_B + row] = 0.0, 1.0
@@ -135,7 +119,7 @@ def _damp(d, i, s, level, frames):
 
 
 @kernel
-def _follow_string(d, i, s):
+def follow_string(d, i, s):
     """Once its places are ports: the damping finger starts where the string is, so that nothing is stretched."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     first = 1 + i[own_i + at.SI_FINGER]
@@ -183,162 +167,3 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
         i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH] = 0, frames
     i[at.H_GESTURES_DONE] += 1
     i[at.H_BUSY] = 1
-
-
-@kernel
-def _mark_busy(i):
-    """Note whether any string has a ramp under way (HEAD's busy flag), so that quiet samples skip all of this."""
-    busy = 0
-    for s in range(i[at.H_STRINGS]):
-        own_i = at.STRING_I + s * at.STRING_I_SIZE
-        busy += i[own_i + at.SI_PLUCK] + i[own_i + at.SI_LAND_LENGTH] + i[own_i + at.SI_MOVE_LENGTH]
-        busy += i[own_i + at.SI_LIFT_LENGTH] + i[own_i + at.SI_DAMP_LENGTH] + i[own_i + at.SI_TENSION_LENGTH]
-        busy += i[own_i + at.SI_CHANGED]
-    i[at.H_BUSY] = 1 if busy > 0 else 0
-
-
-@kernel
-def _smooth(u):
-    return u * u * (3.0 - 2.0 * u)
-
-
-@kernel
-def _follow_landing(d, i, s):
-    """The spring's offset one sample on: from the string's displacement and velocity to nothing (cubic Hermite)."""
-    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    length = i[own_i + at.SI_LAND_LENGTH]
-    i[own_i + at.SI_LAND_AT] += 1
-    u = i[own_i + at.SI_LAND_AT] / length
-    stay, go = (2.0 * u - 3.0) * u * u + 1.0, length * u * (u - 1.0) * (u - 1.0)
-    for j in range(i[own_i + at.SI_FINGER]):
-        row = (j + 1) * at.LANES + s
-        c, v = own + at.S_LAND_C + j, own + at.S_LAND_V + j
-        d[at.LAND_Y + row] = stay * d[c] + go * d[v] if u < 1.0 else 0.0
-        d[at.LAND_Z + row] = stay * d[c + at.MAX_CONTACTS] + go * d[v + at.MAX_CONTACTS] if u < 1.0 else 0.0
-    if i[own_i + at.SI_LAND_AT] > length:
-        i[own_i + at.SI_LAND_LENGTH] = 0
-
-
-@kernel
-def _follow_damper(d, i, s):
-    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    i[own_i + at.SI_DAMP_AT] += 1
-    now, length = i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH]
-    if now < length and now % DAMP_EVERY != 0:
-        return
-    start, end = d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO]
-    if now >= length:
-        i[own_i + at.SI_DAMP_LENGTH] = 0
-        if end == 0.0:
-            for j in range(i[own_i + at.SI_DAMPER]):
-                _move_row(d, s, 1 + i[own_i + at.SI_FINGER] + j, 0)
-            i[own_i + at.SI_DAMPER] = 0
-            d[own + at.S_DAMP_LEVEL] = 0.0
-            i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~TOUCHED
-            return
-    _set_damper(d, i, s, start + (end - start) * _smooth(min(now / length, 1.0)))
-    i[own_i + at.SI_CHANGED] |= RESISTANCE_CHANGED
-
-
-@kernel
-def _follow_tension(d, i, s):
-    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    i[own_i + at.SI_TENSION_AT] += 1
-    now, length = i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH]
-    if now < length and now % BEND_EVERY != 0:
-        return
-    start, end = d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO]
-    d[own + at.S_RATIO] = start + (end - start) * _smooth(min(now / length, 1.0))
-    tune_string(d, i, s)
-    i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
-    if now >= length:
-        i[own_i + at.SI_TENSION_LENGTH] = 0
-
-
-@kernel
-def _settle_changes(d, i, s):
-    """Let the string's ports be what the hands have made of them."""
-    own_i = at.STRING_I + s * at.STRING_I_SIZE
-    changed = i[own_i + at.SI_CHANGED]
-    i[own_i + at.SI_CHANGED] = 0
-    if changed == RESISTANCE_CHANGED:
-        invert_ports(d, i, s)
-        return
-    refit_string(d, i, s)
-    if changed & LANDED:
-        _catch_string(d, i, s)
-    if changed & TOUCHED:
-        _follow_string(d, i, s)
-
-
-@kernel
-def pluck_force(now, length):
-    """Share of the peak force that sample ``now`` of a ramp over ``length`` samples feels.
-
-    The ramp that is cut to nothing at its end, averaged with a hat of two samples' width: exact for every free mode.
-    """
-    if now == 0:
-        return 1.0 / (6.0 * length)
-    if now < length:
-        return now / length
-    return 0.5 - 1.0 / (6.0 * length)
-
-
-@kernel
-def begin_sample(d, i):
-    """Bring every ramp one sample on, before the solver; adds the pluck's part to the sums."""
-    for s in range(i[at.H_STRINGS]):
-        own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-        if i[own_i + at.SI_TENSION_LENGTH] > 0:
-            _follow_tension(d, i, s)
-        if i[own_i + at.SI_LIFT_LENGTH] > 0:
-            _follow_lift(d, i, s)
-        if i[own_i + at.SI_DAMP_LENGTH] > 0:
-            _follow_damper(d, i, s)
-        plucked = i[own_i + at.SI_PLUCK] == 1
-        if plucked and i[own_i + at.SI_PLUCK_AT] > i[own_i + at.SI_PLUCK_LENGTH]:
-            i[own_i + at.SI_PLUCK] = 0
-            i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
-        if i[own_i + at.SI_CHANGED] != 0:
-            _settle_changes(d, i, s)
-        if i[own_i + at.SI_LAND_LENGTH] > 0:
-            _follow_landing(d, i, s)
-        if i[own_i + at.SI_PLUCK] == 1:
-            share = pluck_force(i[own_i + at.SI_PLUCK_AT], i[own_i + at.SI_PLUCK_LENGTH])
-            _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])
-            i[own_i + at.SI_PLUCK_AT] += 1
-
-
-@kernel
-def _add_pluck(d, i, s, force_y, force_z):
-    """The pluck moves the contacts' rows by A G phi f and the tension's row by u f."""
-    own = at.STRING + s * at.STRING_D_SIZE
-    n = 1 + count_contacts(i, s)
-    d[own + at.S_PLUCK_Y], d[own + at.S_PLUCK_Z] = force_y, force_z
-    for j in range(n):
-        row = at.ACC + 2 * j * at.ACC_STRIDE + 8 * s
-        d[row] += d[own + at.S_PLUCK_W + j] * force_y
-        d[row + 4] += d[own + at.S_PLUCK_W + j] * force_z
-    pushed = at.ACC + (2 * n + 1) * at.ACC_STRIDE + 8 * s
-    tension = at.ACC + at.SUM_HX * at.ACC_STRIDE + 8 * s
-    for lane in range(4):
-        d[tension] += d[pushed + lane] * force_y + d[pushed + 4 + lane] * force_z
-
-
-@kernel
-def push_strings(d, i):
-    """After the solver: give the sweep the pluck's force as one more column."""
-    for s in range(i[at.H_STRINGS]):
-        if i[at.STRING_I + s * at.STRING_I_SIZE + at.SI_PLUCK] == 1:
-            own, column = at.STRING + s * at.STRING_D_SIZE, 1 + count_contacts(i, s)
-            d[at.LAM_Y + column * at.LANES + s] = d[own + at.S_PLUCK_Y]
-            d[at.LAM_Z + column * at.LANES + s] = d[own + at.S_PLUCK_Z]
-
-
-@kernel
-def end_sample(d, i):
-    """After the sweep: slides move their columns; the busy flag falls when nothing is under way any more."""
-    for s in range(i[at.H_STRINGS]):
-        if i[at.STRING_I + s * at.STRING_I_SIZE + at.SI_MOVE_LENGTH] > 0:
-            follow_slide(d, i, s)
-    _mark_busy(i)
