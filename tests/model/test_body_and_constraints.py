@@ -107,7 +107,8 @@ def test_held_points_follow_finger_and_damper():
     for point, place in zip(held_by_damper(guitar.damper, string), guitar.damper.places, strict=True):
         assert point.is_damper
         assert point.place == place * string.length
-        assert point.damping == pytest.approx(2.0 * np.sqrt(string.tension * string.linear_density))
+        impedance = np.sqrt(string.tension * string.linear_density)
+        assert point.damping == pytest.approx(guitar.damper.damping_ratio * impedance)
 
 
 def test_receptance_of_held_points():

@@ -57,7 +57,8 @@ def main(argv=None):
 def run():
     """Entry point of the console script: a termination signal ends as tidily as Ctrl-C."""
     if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+        for number in (signal.SIGINT, signal.SIGTERM):  # a shell starts background jobs with SIGINT ignored
+            signal.signal(number, signal.default_int_handler)
     sys.exit(main())
 
 
