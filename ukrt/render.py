@@ -138,8 +138,9 @@ def render_to(
     Returns
     -------
     report : dict
-        Ready for JSON. ``notes_total``, ``notes_dropped``, ``notes_stolen``, ``duration_s`` (of the sound),
-        ``midi_duration_s``, ``peak_dbfs`` (None for silence), ``clipped_samples`` (beyond full scale),
+        Ready for JSON. ``notes_total``, ``notes_dropped``, ``notes_stolen``, ``notes_folded``,
+        ``notes_percussion``, ``duration_s`` (of the sound), ``midi_duration_s``,
+        ``peak_dbfs`` (None for silence), ``clipped_samples`` (beyond full scale),
         ``times_real_time`` (of the engine; its first block, which may wait for the compiler, is left out; None where
         there is no other), ``preset``, ``sample_rate``, ``signal``, ``channels``, ``frames``, ``gain_db`` (all in all),
         ``title``, ``warnings`` (oddities of the MIDI file), ``counters`` (the engine's), and ``notes``: a list of
@@ -261,6 +262,8 @@ def _report(score, performance, meter, guitar, signal, gain_db):
         "notes_total": score.n_notes,
         "notes_dropped": counters["notes_dropped"],
         "notes_stolen": counters["notes_stolen"],
+        "notes_folded": counters.get("notes_folded", 0),
+        "notes_percussion": counters.get("notes_percussion", 0),
         "duration_s": meter.frames / engine.sample_rate,
         "midi_duration_s": score.duration_s,
         "peak_dbfs": 20.0 * math.log10(meter.peak) if meter.peak > 0.0 else None,

@@ -137,3 +137,16 @@ def make_engine(guitar, rate, **options):
     from ..engine.engine import Engine
 
     return Engine(guitar, float(rate), **options)
+
+
+def describe_notes(counters):
+    """What became of the notes, in words, from the engine's counters; what did not happen is not mentioned."""
+    words = [str(counters["notes_on"]), f"dropped {counters['notes_dropped']}"]
+    for name, text in (
+        ("notes_stolen", "cut short for another note"),
+        ("notes_folded", "moved by octaves into the range"),
+        ("notes_percussion", "of percussion, not played"),
+    ):
+        if counters.get(name):
+            words.append(f"{text} {counters[name]}")
+    return ", ".join(words)

@@ -11,6 +11,7 @@ from .common import (
     add_guitar_options,
     add_rate_option,
     clock_time,
+    describe_notes,
     load_guitar,
     make_engine,
     say,
@@ -196,7 +197,7 @@ def _summary(session):
         blocks += f", load median {100 * median:.1f} %, worst {100 * worst:.1f} %"
     lines = [
         f"blocks   {blocks}",
-        f"notes    {counters['notes_on']}, dropped {counters['notes_dropped']}",
+        f"notes    {describe_notes(counters)}",
         f"messages {counters['midi_received']}, too late {counters['late_messages']}, lost {counters['midi_dropped']}",
     ]
     if counters["clipped_samples"]:

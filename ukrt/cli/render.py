@@ -12,6 +12,7 @@ from .common import (
     add_guitar_options,
     add_rate_option,
     clock_time,
+    describe_notes,
     load_guitar,
     make_console,
     make_engine,
@@ -167,12 +168,11 @@ class _progress:
 
 def _summary(target, report):
     """The summary, in words."""
-    notes, dropped, stolen = (report[f"notes_{kind}"] for kind in ("total", "dropped", "stolen"))
     peak, speed = report["peak_dbfs"], report["times_real_time"]
     lines = [
         f"{target}: {clock_time(report['duration_s'])}, {report['sample_rate']:.0f} Hz, "
         f"{report['channels']} channel{'s' if report['channels'] > 1 else ''}, {report['bits']} bit",
-        f"  notes           {notes}, dropped {dropped}, cut short for another note {stolen}",
+        f"  notes           {describe_notes(report['counters'] | {'notes_on': report['notes_total']})}",
         f"  peak            {'silence' if peak is None else f'{peak:.1f} dBFS'}",
     ]
     if speed is not None:
