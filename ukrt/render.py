@@ -19,6 +19,7 @@ from ukrt.drivers.audio_file import AudioWriter, check_audio_path
 from ukrt.drivers.midi_file import load_midi_file
 from ukrt.drivers.offline import MAX_TAIL_SECONDS, Performance
 from ukrt.errors import AudioFileError, ParameterError
+from ukrt.units import db_to_gain, gain_to_db
 
 NORMALIZED_DB = -1.0
 MAX_BLOCK = 8192
@@ -159,7 +160,7 @@ def render_to(
         if normalize:
             total_db = _write_normalized(performance, meter, gain_db, engine.channels, spool_folder)
         else:
-            gain = 10.0 ** (total_db / 20.0)
+            gain = db_to_gain(total_db)
             for block in performance.blocks():
                 meter.write(block * gain)
         return _report(score, performance, meter, guitar, signal, total_db)
@@ -201,8 +202,8 @@ def _write_normalized(performance, meter, gain_db, channels, folder):
             for block in performance.blocks():
                 peak = max(peak, float(np.max(np.abs(block), initial=0.0)))
                 spool.write(np.ascontiguousarray(block, dtype=np.float64).tobytes())
-            total_db = NORMALIZED_DB + gain_db - (20.0 * math.log10(peak) if peak > 0.0 else 0.0)
-            gain = 10.0 ** (total_db / 20.0)
+            total_db = NORMALIZED_DB + gain_db - (gain_to_db(peak) if peak > 0.0 else 0.0)
+            gain = db_to_gain(total_db)
             spool.seek(0)
             while data := spool.read(rows * channels * 8):
                 meter.write(np.frombuffer(data).reshape(-1, channels) * gain)
@@ -266,7 +267,7 @@ def _report(score, performance, meter, guitar, signal, gain_db):
         "notes_percussion": counters.get("notes_percussion", 0),
         "duration_s": meter.frames / engine.sample_rate,
         "midi_duration_s": score.duration_s,
-        "peak_dbfs": 20.0 * math.log10(meter.peak) if meter.peak > 0.0 else None,
+        "peak_dbfs": gain_to_db(meter.peak) if meter.peak > 0.0 else None,
         "clipped_samples": meter.beyond_full_scale,
         "times_real_time": speed,
         "preset": guitar.name,

@@ -11,6 +11,7 @@ import numbers
 
 from .errors import ParameterError, UkrtError
 from .model.presets import load_preset
+from .units import db_to_gain
 
 MAX_BLOCK = 8192
 
@@ -44,7 +45,7 @@ class Synth:
         from .engine.engine import Engine
 
         self._engine = Engine(guitar, float(sample_rate), signal=signal, max_block=MAX_BLOCK)
-        self._gain = 10.0 ** (guitar.radiation.gain_db / 20.0) if signal == "pressure" else 1.0
+        self._gain = db_to_gain(guitar.radiation.gain_db) if signal == "pressure" else 1.0
         self._last_frame = 0
 
     @property

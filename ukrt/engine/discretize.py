@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ukrt.engine import layout as at
-from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.modes import flow, tune_string
 from ukrt.engine.kernels.ports import refit_string
 from ukrt.errors import ParameterError
 from ukrt.model.body import body_modes, bridge_ends
@@ -45,11 +45,8 @@ def modal_flow(omega, zeta, dt):
     -------
     a, b : ndarray (n,) [1]
     """
-    omega, zeta = np.asarray(omega, float), np.asarray(zeta, float)
-    sigma = zeta * omega
-    root = np.sqrt((omega**2 - sigma**2).astype(complex))
-    grow = np.exp((-sigma + 1j * root) * dt) + np.exp((-sigma - 1j * root) * dt)
-    return grow.real, -np.exp(-2.0 * sigma * dt)
+    pairs = [flow(w, z, dt) for w, z in zip(omega, zeta, strict=True)]
+    return tuple(np.array(pairs, float).reshape(-1, 2).T)
 
 
 def check_rate(sample_rate, guitar):
@@ -81,7 +78,6 @@ def fill_instance(d, i, guitar, intonation, sample_rate):
     """
     check_rate(sample_rate, guitar)
     d[:], i[:] = 0.0, 0
-    i[at.H_MAGIC], i[at.H_VERSION] = at.MAGIC, at.VERSION
     i[at.H_STRINGS] = len(guitar.strings)
 
     i[at.H_FINGER], i[at.H_DAMPER] = len(guitar.finger.contacts), len(guitar.damper.places)
@@ -112,7 +108,6 @@ def _fill_string(d, i, s, string, bandwidth_hz, tile):
         (at.S_TENSION, string.tension),
         (at.S_DENSITY, string.linear_density),
         (at.S_STIFFNESS, string.bending_stiffness),
-        (at.S_AXIAL, string.axial_stiffness),
         (at.S_LOSS_INTERNAL, string.loss_internal),
         (at.S_LOSS_AIR, string.loss_air),
         (at.S_LOSS_BENDING, string.loss_bending),
@@ -186,12 +181,25 @@ def _fill_contacts(d, guitar, dt):
 
 
 def contact_flow(contact, dt):
-    """a, b, g of an oscillator (m, c, k), with the limits for k = 0 and c = 0."""
+    """Exact flow of an oscillator (m, c, k), with the limits for k = 0 and c = 0.
+
+    Parameters
+    ----------
+    contact : ukrt.model.parameters.Contact
+        With a mass above 0.
+    dt : float [s]
+
+    Returns
+    -------
+    a, b : float [1]
+        Of q[k+1] = a q[k] + b q[k-1] + g f[k].
+    g : float [m/N]
+    """
     mass, damping, stiffness = contact.mass, contact.damping, contact.stiffness
     if stiffness > 0.0:
         omega = np.sqrt(stiffness / mass)
-        a, b = modal_flow(omega, damping / (2.0 * mass * omega), dt)
-        return float(a), float(b), float((1.0 - a - b) / stiffness)
+        a, b = flow(omega, damping / (2.0 * mass * omega), dt)
+        return a, b, (1.0 - a - b) / stiffness
     if damping == 0.0:
         return 2.0, -1.0, dt * dt / mass
     decay = np.exp(-damping * dt / mass)

@@ -82,7 +82,7 @@ class Engine:
         """What an instance at rest needs beside its physics: player, output, the counters' rates."""
         i = self._i
         i[at.H_SIGNAL], i[at.H_CHANNELS] = SIGNALS[self.signal], self.channels
-        i[at.H_CONVOLVE], i[at.H_LEAD] = self.signal == "pressure", self.lead_frames
+        i[at.H_CONVOLVE] = self.signal == "pressure"
         self._d[at.METER + at.M_GAIN] = 1.0
         player_reset(self._d, i)
         make_player_tables(self.guitar, self.intonation, self.sample_rate, self._d, i)

@@ -54,10 +54,10 @@ TABLES = 1 + 2 * MATCHES  # static; real part and loss at each matching frequenc
 # One string's own numbers --------------------------------------------------------------------------------------------
 STRING_D_SIZE = 192
 (
-    S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_AXIAL, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
+    S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
     S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
     S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Z, S_IMPEDANCE, S_MATCH_1, S_MATCH_2,
-) = range(26)  # fmt: skip
+) = range(25)  # fmt: skip
 S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
 S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
 S_LAND_V = 56  # and the string's velocities there when the finger touched
@@ -129,7 +129,7 @@ _I, I_SIZE = _sections(
     {
         "HEAD": 64,
         "STRING_I": MAX_STRINGS * STRING_I_SIZE,
-        "GESTURES_I": MAX_GESTURES * 4,  # frame, kind, string, serial number
+        "GESTURES_I": MAX_GESTURES * 3,  # frame, kind, string
         "MIDI": MIDI_QUEUE * 2,  # frame, status << 16 | data1 << 8 | data2
         "LOAD": 1024,  # LOAD_BINS, see below: blocks by the share of their period that they took
         "PLAYER_I": PLAYER_I_SIZE,
@@ -140,11 +140,11 @@ globals().update(_I)
 
 # HEAD ----------------------------------------------------------------------------------------------------------------
 (
-    H_MAGIC, H_VERSION, H_STRINGS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
+    H_STRINGS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
     H_MIDI_WRITE, H_MIDI_READ, H_MIDI_DROPPED, H_MIDI_LATE, H_MIDI_COUNT, H_GESTURES, H_GESTURES_DONE,
-    H_GESTURES_DROPPED, H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_LEAD, H_SERIAL, H_FINGER, H_DAMPER,
+    H_GESTURES_DROPPED, H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_FINGER, H_DAMPER,
     H_CLIPPED,
-) = range(27)  # fmt: skip
+) = range(23)  # fmt: skip
 
 # METER (in d) --------------------------------------------------------------------------------------------------------
 M_PEAK, M_RATE, M_TICKS_PER_FRAME, M_GAIN = range(4)

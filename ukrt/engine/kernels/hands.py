@@ -13,8 +13,8 @@ from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.ports import port_motion
 from ukrt.engine.kernels.slide import begin_slide
 
-SHORTEST_PLUCK = 2  # samples
-RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go
+SHORTEST_PLUCK = 2  # samples: what the hat that averages the force can resolve
+RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go: far stiffer than any string (choice)
 
 # What is to be done about a string's ports before the next sample; bits of SI_CHANGED.
 PORTS_CHANGED, LANDED, TOUCHED, RESISTANCE_CHANGED = 1, 2, 4, 8

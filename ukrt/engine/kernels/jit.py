@@ -1,4 +1,4 @@
-"""How every compiled function of the instrument is compiled: one decorator for plain kernels, one for sums.
+"""How every compiled function of the instrument is compiled: one decorator for kernels, one for C functions.
 
 Enters Python source, leaves nopython code without exceptions. Numba's own cache looks only at the file a function
 stands in, not at the files of the functions it calls; therefore the cache folder here is named after a hash of all
@@ -51,12 +51,6 @@ def kernel(function):
     """Compile ``function`` strictly: no reassociation, so that the same code gives the same bits."""
     with _our_cache():
         return numba.jit(**_OPTIONS)(function)
-
-
-def reduction(function):
-    """Compile ``function`` with sums free to be reordered into SIMD lanes; no loop may depend on the block size."""
-    with _our_cache():
-        return numba.jit(**_OPTIONS, fastmath={"reassoc", "contract"})(function)
 
 
 def entry_point(signature):

@@ -30,7 +30,7 @@ def mode_damping(d, own, n, ratio, omega):
 
 
 @kernel
-def _flow(omega, zeta, dt):
+def flow(omega, zeta, dt):
     """a and b of q[k+1] = a q[k] + b q[k-1], exact for a free mode of any damping."""
     sigma = zeta * omega
     if zeta < 1.0:
@@ -68,7 +68,7 @@ def tune_string(d, i, s):
         c, x = at.COEF + tile * at.COEF_TILE + lane, at.STATE + tile * at.STATE_TILE + lane
         omega = mode_frequency(d, own, n, ratio)
         zeta = mode_damping(d, own, n, ratio, omega)
-        a, b = _flow(omega, zeta, dt)
+        a, b = flow(omega, zeta, dt)
         stiffness = half_mass * omega * omega
         still = 1.0 - a - b
         g = still / stiffness

@@ -10,8 +10,8 @@ from ukrt.engine.kernels.jit import kernel
 
 @kernel
 def _copy(d, i, source, target):
-    for k in range(4):
-        i[at.GESTURES_I + 4 * target + k] = i[at.GESTURES_I + 4 * source + k]
+    for k in range(3):
+        i[at.GESTURES_I + 3 * target + k] = i[at.GESTURES_I + 3 * source + k]
     for k in range(5):
         d[at.GESTURES + 5 * target + k] = d[at.GESTURES + 5 * source + k]
 
@@ -24,14 +24,12 @@ def timeline_add(d, i, frame, kind, s, p0, p1, p2, p3, p4):
         i[at.H_GESTURES_DROPPED] += 1
         return 0
     slot = count
-    while slot > 0 and i[at.GESTURES_I + 4 * (slot - 1)] > frame:
+    while slot > 0 and i[at.GESTURES_I + 3 * (slot - 1)] > frame:
         _copy(d, i, slot - 1, slot)
         slot -= 1
-    i[at.GESTURES_I + 4 * slot] = frame
-    i[at.GESTURES_I + 4 * slot + 1] = kind
-    i[at.GESTURES_I + 4 * slot + 2] = s
-    i[at.GESTURES_I + 4 * slot + 3] = i[at.H_SERIAL]
-    i[at.H_SERIAL] += 1
+    i[at.GESTURES_I + 3 * slot] = frame
+    i[at.GESTURES_I + 3 * slot + 1] = kind
+    i[at.GESTURES_I + 3 * slot + 2] = s
     place = at.GESTURES + 5 * slot
     d[place], d[place + 1], d[place + 2], d[place + 3], d[place + 4] = p0, p1, p2, p3, p4
     i[at.H_GESTURES] = count + 1
@@ -43,8 +41,8 @@ def timeline_cancel(d, i, s, kind, from_frame):
     """Remove string ``s``'s gestures of ``kind`` (negative: of every kind) from ``from_frame`` on; returns how many."""
     count, kept = i[at.H_GESTURES], 0
     for slot in range(count):
-        same = i[at.GESTURES_I + 4 * slot + 2] == s and (kind < 0 or i[at.GESTURES_I + 4 * slot + 1] == kind)
-        if not (same and i[at.GESTURES_I + 4 * slot] >= from_frame):
+        same = i[at.GESTURES_I + 3 * slot + 2] == s and (kind < 0 or i[at.GESTURES_I + 3 * slot + 1] == kind)
+        if not (same and i[at.GESTURES_I + 3 * slot] >= from_frame):
             if kept != slot:
                 _copy(d, i, slot, kept)
             kept += 1
