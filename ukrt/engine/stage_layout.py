@@ -1,0 +1,106 @@
+"""Where the stage keeps its numbers: what lies between hosts (sound card, MIDI, recorder) and the instruments played.
+
+Pure constants, readable without NumPy: a process that only writes MIDI messages needs no more. A stage is three flat
+arrays (``si`` int64, ``sd`` float64, ``ring`` float32) that hold no address, so that several processes can share them;
+whoever runs the callback has a small table of words of its own with the addresses of its view of them.
+"""
+
+MAGIC = 0x756B7274_73746167  # "ukrtstag"
+VERSION = 1
+
+# Messages: one queue (lane) for each writer, so that none needs a lock ------------------------------------------------
+LANES = 4
+LANE_PLAYER, LANE_MIDI, LANE_JACK = 0, 1, 2  # this process (pieces, Python, replays); MIDI process; JACK's own MIDI
+QUEUE = 16384  # messages in a lane
+KIND_MIDI, KIND_SHED, KIND_RESET, KIND_SWAP = range(4)  # word = kind << 32 | status << 16 | data1 << 8 | data2
+KIND_SHIFT = 32
+VALUE_MASK = (1 << KIND_SHIFT) - 1
+AT_ONCE = -1  # as a frame: whenever the next block begins
+# What a lane refuses as it fills up: first whatever can be missed, then notes, never (until full) the end of notes.
+CLASS_OTHER, CLASS_NOTE_ON, CLASS_OFF = range(3)
+CLASSES = 3
+ROOM = (QUEUE * 3 // 4, QUEUE * 15 // 16, QUEUE)  # messages waiting beyond which each class is refused (choices)
+SENSING_SECONDS = 0.33  # MIDI 1.0: after active sensing, silence of more than 300 ms means a cut cable
+
+JOURNAL = 65536  # entries: frame, word of everything that acted, in order
+RING_FRAMES = 1 << 19  # of what the card got: 10.9 s at 48 kHz
+LOAD_BINS, LOAD_PER_OCTAVE, LOAD_FULL = 1024, 32, 512  # bin LOAD_FULL + LOAD_PER_OCTAVE log2(load)
+
+
+def _sections(sizes):
+    """Lay sections one after another, each on a 64-byte boundary: offsets by name, and the end."""
+    offsets, at = {}, 0
+    for name, size in sizes.items():
+        offsets[name] = at
+        at += -(-size // 8) * 8
+    return offsets, at
+
+
+# si ------------------------------------------------------------------------------------------------------------------
+# Each group of numbers that one writer changes stands on cache lines of its own.
+_SI, SI_SIZE = _sections(
+    {
+        "HEAD": 64,
+        "COUNTS": 64,
+        "LANE_WRITE": 8 * LANES,  # each lane's number of messages ever written, 64 bytes apart (LANE_STEP)
+        "LANE_READ": 8 * LANES,
+        "LANE_REFUSED": 8 * LANES,  # by class, written by the lane's writer
+        "LANE_SENSED": 8 * LANES,  # frame of the last message after active sensing began, else -1; written by the stage
+        "LOAD": LOAD_BINS,  # blocks by the share of their period that they took
+        "JOURNAL_AT": 2 * JOURNAL,
+        "QUEUES": 2 * QUEUE * LANES,
+    }
+)
+LANE_STEP = 8
+LANE_SIZE = 2 * QUEUE
+globals().update(_SI)
+HEAD, COUNTS, LANE_WRITE, LANE_READ = _SI["HEAD"], _SI["COUNTS"], _SI["LANE_WRITE"], _SI["LANE_READ"]
+LANE_REFUSED, LANE_SENSED, LOAD = _SI["LANE_REFUSED"], _SI["LANE_SENSED"], _SI["LOAD"]
+JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
+
+(
+    G_FRAME, G_CHANNELS, G_SLOT, G_SWAP, G_SWAP_FRAME, G_SWAP_NUMBER, G_FADE, G_LIMITER, G_CAP, G_BUSY, G_THREAD,
+    G_STAMP_SEQ, G_STAMP_FRAME, G_STAMP_NS, G_MUTE_END, G_CAP_CHUNK, G_CAP_USED, G_SHED, G_SHED_WANTED, G_SHED_HOT,
+    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_TIME_SCALE,
+) = range(HEAD, HEAD + 26)  # fmt: skip
+# G_FRAME        the next frame to be computed
+# G_SLOT         which of the two instances is heard
+# G_SWAP         1: the other instance takes over at G_SWAP_FRAME (AT_ONCE: at the next block)
+# G_FADE         frames of the crossfade still to come; the instance that goes is in the other slot until it is 0
+# G_CAP          most messages played in one chunk of 64 frames, the rest wait (0: no bound)
+# G_BUSY         1 while a host is inside the callback: a host that dies there leaves a torn state
+# G_THREAD       the operating system's number of the thread that calls (0: not known)
+# G_STAMP_*      the start of the last block: frame and monotonic clock [ns], written between two steps of G_STAMP_SEQ
+# G_STAMP_BLOCK  its frames
+# G_SHED         how much is shed now (0: nothing); G_SHED_WANTED: what the overload watch asks for from the next block
+
+COUNT_NAMES = (
+    "blocks", "input_underflows", "input_overflows", "underflows", "overflows", "priming", "late_blocks",
+    "midi_received", "late_messages", "delayed_messages", "sensing_timeouts", "swaps", "resets", "shed_events",
+    "clipped_samples", "limited_samples", "nonfinite_resets", "journal", "recorded", "xruns",
+)  # fmt: skip
+(
+    N_BLOCKS, N_INPUT_UNDERFLOWS, N_INPUT_OVERFLOWS, N_UNDERFLOWS, N_OVERFLOWS, N_PRIMING, N_LATE_BLOCKS,
+    N_MIDI, N_LATE_MESSAGES, N_DELAYED, N_SENSING, N_SWAPS, N_RESETS, N_SHED_EVENTS, N_CLIPPED, N_LIMITED,
+    N_NONFINITE, N_JOURNAL, N_RECORDED, N_XRUNS,
+) = range(COUNTS, COUNTS + len(COUNT_NAMES))  # fmt: skip
+# N_JOURNAL and N_RECORDED are also the write positions: entries and frames ever written
+
+# sd ------------------------------------------------------------------------------------------------------------------
+MAX_CHANNELS = 16
+MAX_PIECE = 1024  # frames computed at once for a card, whatever the host asks for
+_SD, SD_SIZE = _sections({"METER": 64, "OUT": MAX_PIECE * MAX_CHANNELS, "OLD": MAX_PIECE * MAX_CHANNELS})
+METER, OUT, OLD = _SD["METER"], _SD["OUT"], _SD["OLD"]
+(
+    M_PEAK, M_PEAK_RECENT, M_TICKS_PER_SECOND, M_RATE, M_ENVELOPE, M_LIMITED_PEAK, M_SHED_BUDGET, M_LOAD,
+) = range(METER, METER + 8)  # fmt: skip
+# M_LIMITED_PEAK  the largest sample that came to the limiter
+
+# The table of words a host keeps: addresses in its own memory --------------------------------------------------------
+(
+    W_MAGIC, W_VERSION, W_SI, W_SD, W_RING, W_CLOCK, W_CLOCK_ID, W_THREAD_ID, W_SLOTS,
+) = range(9)  # fmt: skip
+SLOT_WORDS = 8  # of each of the two slots: address and length of d, i, v, vi
+WORDS = W_SLOTS + 2 * SLOT_WORDS
+DOUBLE_OUTPUT = 1 << 31  # in the callback's flags: write doubles, without gain, limiter or recording
+INPUT_UNDERFLOW, INPUT_OVERFLOW, UNDERFLOW, OVERFLOW, PRIMING = 1, 2, 4, 8, 16  # PortAudio's PaStreamCallbackFlags
