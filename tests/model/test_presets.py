@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ukrt.errors import PresetError
 from ukrt.model.preset_text import dump_preset
-from ukrt.model.presets import load_preset, preset_names
+from ukrt.model.presets import load_preset, parse_preset, preset_names
 
 NAMES = ("classical", "drop-d", "paper")
 
@@ -57,6 +57,22 @@ def test_text_loads_back_to_the_same_guitar(name, tmp_path):
     path.write_text(dump_preset(guitar), encoding="utf-8")
     assert load_preset(path) == guitar
     assert dump_preset(load_preset(path)) == dump_preset(guitar)
+    assert parse_preset(dump_preset(guitar), "a take") == guitar
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("a = " + "[" * 5000, "nested"), (f"a = {'1' * 5000}", "TOML"), ("name = ", "TOML"), ('base = "paper"', "base")],
+)
+def test_text_that_is_no_preset_is_refused_under_its_sources_name(text, words):
+    with pytest.raises(PresetError, match=f"^a take.*{words}") as caught:
+        parse_preset(text, "a take")
+    assert "\n" not in str(caught.value)
+
+
+def test_settings_are_laid_over_text():
+    changed = parse_preset(dump_preset(load_preset("paper")), "a take", {"pluck.place": "0.7"})
+    assert changed == load_preset("paper", {"pluck.place": 0.7})
 
 
 @settings(max_examples=40, deadline=None)

@@ -36,7 +36,30 @@ def load_preset(name_or_path, overrides=None):
     Guitar
     """
     path = _locate(os.fspath(name_or_path))
-    tree = _read(path, ())
+    return _guitar(_read(path, ()), f"preset {path}", overrides)
+
+
+def parse_preset(text, source, overrides=None):
+    """Read a preset that is at hand as text, such as `ukrt.model.preset_text.dump_preset` writes it.
+
+    Parameters
+    ----------
+    text : str
+        TOML without ``base``.
+    source : str
+        What the text is called in error messages.
+    overrides : dict, optional
+        As for `load_preset`.
+
+    Returns
+    -------
+    Guitar
+    """
+    return _guitar(_tree(text, source), source, overrides)
+
+
+def _guitar(tree, source, overrides):
+    """The guitar that a tree describes, with settings laid over it."""
     for key, value in (overrides or {}).items():
         try:
             apply_setting(tree, Guitar, key, value)
@@ -46,7 +69,17 @@ def load_preset(name_or_path, overrides=None):
         return _build(Guitar, tree)
     except ParameterError as error:
         by_hand = any(f"{error.key}.".startswith(f"{key}.") for key in overrides or {})
-        raise _sentence("the settings" if by_hand else f"preset {path}", error) from None
+        raise _sentence("the settings" if by_hand else source, error) from None
+
+
+def _tree(text, source):
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:  # not only TOMLDecodeError: whole numbers of thousands of digits
+        reason = str(error).split("\n")[0].rstrip(".")
+        raise PresetError(f"{source} is not valid TOML: {reason}", value=source) from None
+    except RecursionError:
+        raise PresetError(f"{source} is not valid TOML: it is nested too deeply", value=source) from None
 
 
 def _locate(name):
@@ -63,14 +96,11 @@ def _locate(name):
 def _read(path, seen):
     """The tree of a preset file, laid over that of its ``base`` where it names one."""
     try:
-        tree = tomllib.loads(path.read_text(encoding="utf-8"))
+        tree = _tree(path.read_text(encoding="utf-8"), f"preset {path}")
     except OSError as error:
         raise PresetError(f"preset {path} cannot be read: {error.strerror or error}", value=str(path)) from None
     except UnicodeDecodeError:
         raise PresetError(f"preset {path} is not a text file in UTF-8", value=str(path)) from None
-    except tomllib.TOMLDecodeError as error:
-        reason = str(error).split("\n")[0].rstrip(".")
-        raise PresetError(f"preset {path} is not valid TOML: {reason}", value=str(path)) from None
     base = tree.pop("base", None)
     if base is None:
         return tree
