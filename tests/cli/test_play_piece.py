@@ -129,12 +129,10 @@ def test_a_piece_waits_for_the_first_note_of_a_keyboard(started):
 
 
 class TestTransport:
-    score_events = [*((0.1 * k, 0x90, 40 + k, 99) for k in range(60))]
-
     def follow(self, started):
         self.state = (False, 0.0, 0)
         engine = Stage()
-        score = make_score(*self.score_events, duration_s=6.0)
+        score = make_score(*((0.1 * k, 0x90, 40 + k, 99) for k in range(60)), duration_s=6.0)
         return engine, started(engine, score, transport=lambda: self.state)
 
     def roll(self, engine, player, second, seconds, step=480):
