@@ -1,0 +1,188 @@
+"""What this machine allows a sound program to do: nothing enters, plain facts as a dict leave, no advice.
+
+What a system does not tell is None. Nothing is changed but for a moment: a thread that ends at once tries real-time
+scheduling, a buffer that is freed at once is locked into memory.
+"""
+
+import contextlib
+import ctypes
+import mmap
+import os
+import pathlib
+import platform
+import shutil
+import sys
+import threading
+
+from ..errors import UkrtError
+
+_PRIORITY = 60  # tried; common for sound programs, below JACK's 70 and the kernel's interrupt threads
+_LOCKED_BYTES = 32 << 20  # tried; about what an instrument with its impulse response holds
+_GOVERNORS = "/sys/devices/system/cpu/cpu*/cpufreq/scaling_governor"
+
+
+def system_facts():
+    """All facts (dict of dicts), as `ukrt doctor --json` prints them under ``machine``."""
+    return {
+        "system": _system(),
+        "scheduling": _scheduling(),
+        "memory_lock": _memory_lock(),
+        "processor": _processor(),
+        "jit_cache": _jit_cache(),
+        "libraries": _libraries(),
+        "audio_outputs": _devices("audio", "list_outputs"),
+        "midi_inputs": _devices("midi_in", "list_inputs"),
+    }
+
+
+def _system():
+    version = platform.version()
+    realtime = _read("/sys/kernel/realtime") == "1" or "PREEMPT_RT" in version
+    return {
+        "name": f"{platform.system()} {platform.release()}",
+        "realtime_kernel": realtime if sys.platform == "linux" else None,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+    }
+
+
+def _scheduling():
+    """Which real-time priority is allowed, and whether a thread gets it."""
+    limits = {"rtprio_limit": _limit("RLIMIT_RTPRIO"), "rttime_limit_us": _limit("RLIMIT_RTTIME")}
+    got, reason = None, None
+    if hasattr(os, "sched_setscheduler"):
+        got, reason = _try_in_a_thread(_take_priority)
+    return limits | {"realtime_allowed": got, "refusal": reason}
+
+
+def _take_priority():
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+
+
+def _try_in_a_thread(function):
+    """Whether ``function`` succeeds in a thread of its own, which then ends (bool), and why not (str or None)."""
+    result = []
+
+    def attempt():
+        try:
+            function()
+            result.append((True, None))
+        except (OSError, ValueError) as error:
+            result.append((False, getattr(error, "strerror", None) or str(error)))
+
+    thread = threading.Thread(target=attempt, name="ukrt-probe")
+    thread.start()
+    thread.join()
+    return result[0]
+
+
+def _memory_lock():
+    """How much memory may be locked [bytes], and whether as much as an instrument needs can be."""
+    facts = {"limit_bytes": _limit("RLIMIT_MEMLOCK"), "tried_bytes": _LOCKED_BYTES, "allowed": None}
+    if os.name != "posix":
+        return facts
+    library = ctypes.CDLL(None, use_errno=True)
+    library.mlock.argtypes = library.munlock.argtypes = (ctypes.c_void_p, ctypes.c_size_t)
+    memory = mmap.mmap(-1, _LOCKED_BYTES)
+    try:
+        view = ctypes.c_char.from_buffer(memory)
+        facts["allowed"] = library.mlock(ctypes.addressof(view), _LOCKED_BYTES) == 0
+        if facts["allowed"]:
+            library.munlock(ctypes.addressof(view), _LOCKED_BYTES)
+        del view
+    finally:
+        memory.close()
+    return facts
+
+
+def _processor():
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    governors = sorted({text for path in _glob(_GOVERNORS) if (text := _read(path))})
+    return {
+        "model": _model(),
+        "cores": cores,
+        "governors": governors or None,
+        "load_average": os.getloadavg()[0] if hasattr(os, "getloadavg") else None,
+        "hypervisor": "hypervisor" in (_read("/proc/cpuinfo") or "") if sys.platform == "linux" else None,
+    }
+
+
+def _model():
+    for line in (_read("/proc/cpuinfo") or "").splitlines():
+        if line.startswith("model name"):
+            return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def _jit_cache():
+    """Where compiled code is kept, whether it is there already, and whether it can be kept at all."""
+    from ..engine.kernels.jit import cache_folder
+
+    folder = pathlib.Path(cache_folder())
+    parent = next(p for p in (folder, *folder.parents) if p.exists())
+    files = list(folder.rglob("process.callback-*.nbc"))
+    return {"folder": str(folder), "warm": bool(files), "writable": os.access(parent, os.W_OK)}
+
+
+def _libraries():
+    """Version or presence of what live sound and MIDI need (None: absent)."""
+    return {
+        "portaudio": _portaudio_version(),
+        "rtmidi": _module_version("rtmidi"),
+        "jack_client": _module_version("jack"),
+        "jack_server": shutil.which("jackd") or shutil.which("pipewire-jack") or shutil.which("pw-jack"),
+    }
+
+
+def _portaudio_version():
+    from .audio import _portaudio
+
+    try:
+        return _portaudio().get_portaudio_version()[1]
+    except UkrtError:
+        return None
+
+
+def _module_version(name):
+    """The version of an importable module ("present" where it has none); None where it cannot be imported."""
+    import importlib
+
+    from .quiet import quiet_stderr
+
+    try:
+        with quiet_stderr():
+            module = importlib.import_module(name)
+    except (ImportError, OSError):  # OSError: the module is there, its C library is not
+        return None
+    return str(getattr(module, "__version__", "present"))
+
+
+def _devices(module, function):
+    """Names of what a driver module lists (list of str); None where its library is missing."""
+    import importlib
+
+    try:
+        found = getattr(importlib.import_module(f"{__package__}.{module}"), function)()
+    except UkrtError:
+        return None
+    return [f"{one.index}: {one.name} ({getattr(one, 'host_api', None) or one.api})" for one in found]
+
+
+def _limit(name):
+    """The soft limit of a resource (int; -1: unlimited); None where the system has no such limit."""
+    try:
+        import resource
+
+        return resource.getrlimit(getattr(resource, name))[0]
+    except (ImportError, AttributeError):
+        return None
+
+
+def _glob(pattern):
+    return sorted(pathlib.Path("/").glob(pattern.lstrip("/")))
+
+
+def _read(path):
+    with contextlib.suppress(OSError, UnicodeDecodeError):
+        return pathlib.Path(path).read_text(encoding="utf-8").strip()
+    return None
