@@ -15,7 +15,7 @@ from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
 from ukrt.engine.kernels.solve import solve_constraints
 from ukrt.engine.kernels.sweep import sweep_string
 
-PLUCK, CONSTRAINT, LOSS, JUMP_UP, JUMP_DOWN, LARGEST_ERROR, LARGEST_ENERGY = range(7)
+PLUCK, CONSTRAINT, LOSS, JUMP_UP, JUMP_DOWN, LARGEST_ERROR, LARGEST_ENERGY, FRAME = range(8)
 
 
 @numba.njit(error_model="numpy")
@@ -23,7 +23,7 @@ def metered_steps(d, i, n_samples, ledger, saved):
     """Advance by ``n_samples`` and add up the ledger; ``saved`` is room for a copy of ``d``'s states."""
     for _ in range(n_samples):
         start = total_energy(d, i)
-        perform_due(d, i, i[at.H_FRAME])
+        perform_due(d, i, int(ledger[FRAME]))
         begin_sample(d, i)
         before = total_energy(d, i)
         _book_jump(ledger, before - start)
@@ -51,7 +51,7 @@ def metered_steps(d, i, n_samples, ledger, saved):
         ledger[LARGEST_ERROR] = max(ledger[LARGEST_ERROR], abs(after - before - work + loss))
         end_sample(d, i)
         _book_jump(ledger, total_energy(d, i) - after)
-        i[at.H_FRAME] += 1
+        ledger[FRAME] += 1.0
 
 
 @numba.njit(error_model="numpy")

@@ -5,7 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from engine.bench import add, classical, fret_place, on_bench, run, undamped
-from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
+from engine.meter import (
+    CONSTRAINT,
+    FRAME,
+    JUMP_DOWN,
+    JUMP_UP,
+    LARGEST_ENERGY,
+    LARGEST_ERROR,
+    LOSS,
+    PLUCK,
+    metered_steps,
+)
 from scipy.signal import butter, sosfilt
 
 from ukrt.engine import gestures
@@ -128,7 +138,7 @@ def test_slow_bend_keeps_the_action_of_the_string():
     ledger, saved = np.zeros(8), np.zeros(at.D_SIZE)
     metered_steps(d, i, 2000, ledger, saved)
     start = string_energy(d, i, 0)
-    add(d, i, int(i[at.H_FRAME]), gestures.TENSION, 0, 2.0 ** (2 / 6), 9600)
+    add(d, i, int(ledger[FRAME]), gestures.TENSION, 0, 2.0 ** (2 / 6), 9600)
     metered_steps(d, i, 12000, ledger, saved)
     assert string_energy(d, i, 0) / start == pytest.approx(2.0 ** (2 / 12), rel=2e-3)
 
@@ -143,7 +153,7 @@ def test_slow_slide_keeps_the_action_of_the_string():
     ledger, saved = np.zeros(8), np.zeros(at.D_SIZE)
     metered_steps(d, i, 2000, ledger, saved)
     start, work = total_energy(d, i), ledger[CONSTRAINT]
-    add(d, i, int(i[at.H_FRAME]), gestures.MOVE, 0, _frets(guitar, 0, 7), 4800)
+    add(d, i, int(ledger[FRAME]), gestures.MOVE, 0, _frets(guitar, 0, 7), 4800)
     metered_steps(d, i, 6000, ledger, saved)
     assert total_energy(d, i) - start == pytest.approx(ledger[CONSTRAINT] - work, rel=1e-6)
     assert total_energy(d, i) / start == pytest.approx(2.0 ** (2 / 12), rel=0.02)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ukrt.engine import layout as at
+from ukrt.engine import stage_layout as stage_at
 from ukrt.engine.engine import CALLBACK, Engine
 from ukrt.errors import ParameterError
 from ukrt.model.presets import load_preset
@@ -105,13 +106,28 @@ def test_late_and_lost_messages_are_counted():
     engine = Engine(load_preset("classical"), 48000.0)
     engine.process(1000)
     engine.send(10, 0x90, 64, 100)
-    for _ in range(at.MIDI_QUEUE - 1):
-        assert engine.send(engine.frame, 0xFE)
-    assert not engine.send(engine.frame, 0xFE)
+    for _ in range(stage_at.ROOM[stage_at.CLASS_OTHER] - 1):
+        assert engine.send(engine.frame, 0xB0, 1, 1)
+    assert not engine.send(engine.frame, 0xB0, 1, 1)
     engine.process(64)
     counts = engine.counters()
-    assert counts["late_messages"] == 1 and counts["midi_dropped"] == 1
-    assert counts["midi_received"] == at.MIDI_QUEUE and counts["notes_on"] == 1
+    assert counts["late_messages"] == 1 and counts["midi_dropped"] == 1 == counts["controllers_refused"]
+    assert counts["midi_received"] == stage_at.ROOM[stage_at.CLASS_OTHER] and counts["notes_on"] == 1
+
+
+def test_a_full_lane_refuses_the_end_of_notes_last():
+    engine = Engine(load_preset("classical"), 48000.0)
+    sent = {name: 0 for name in ("controllers", "ons", "offs")}
+    for _ in range(stage_at.QUEUE):
+        sent["controllers"] += engine.send(0, 0xE0, 0, 64)
+        sent["ons"] += engine.send(0, 0x90, 64, 100)
+        sent["offs"] += engine.send(0, 0x80, 64, 0)
+    assert 3 * sent["controllers"] == pytest.approx(stage_at.ROOM[stage_at.CLASS_OTHER], abs=3)
+    waiting_for_ends = stage_at.QUEUE - stage_at.ROOM[stage_at.CLASS_NOTE_ON]
+    assert sent["offs"] - sent["ons"] == pytest.approx(waiting_for_ends, abs=3)
+    assert sum(sent.values()) == stage_at.QUEUE
+    counts = engine.counters()
+    assert counts["midi_dropped"] == 3 * stage_at.QUEUE - stage_at.QUEUE
 
 
 def test_release_falls_one_ramp_after_the_event():

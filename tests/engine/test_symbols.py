@@ -6,14 +6,14 @@ import pickle
 import pytest
 
 from ukrt.engine.kernels.jit import cache_folder
-from ukrt.engine.kernels.process import callback
+from ukrt.engine.kernels.callback import callback
 
 FORBIDDEN = (b"NRT_MemInfo_alloc", b"NRT_Allocate", b"NRT_MemInfo_new", b"\0malloc\0", b"\0calloc\0", b"PyGILState")
 
 
 def test_the_callback_neither_allocates_nor_calls_python():
     assert callback.address
-    kept = sorted(pathlib.Path(cache_folder()).glob("*/process.callback-*.nbc"), key=lambda path: path.stat().st_mtime)
+    kept = sorted(pathlib.Path(cache_folder()).glob("*/callback.callback-*.nbc"), key=lambda path: path.stat().st_mtime)
     if not kept:
         pytest.skip("compiled code is not kept here, so its symbols cannot be read")
     (_, kind, (machine_code, _)), *_ = pickle.loads(kept[-1].read_bytes())

@@ -1,36 +1,26 @@
 """The instrument as a thing that can be run: a guitar and a sample rate enter, blocks of samples leave.
 
-An `Engine` owns the arrays of one instance and calls one compiled C function on them; live, the audio driver calls the
-same function on the same arrays. It knows no clock and no device.
+An `Engine` owns a stage and the one or two instances on it, and calls one compiled C function on them; live, the audio
+driver calls the same function on the same arrays, in this process or in another. It knows no clock and no device.
 """
-
-import ctypes
-import time
 
 import numpy as np
 
-from ukrt.engine import layout as at
-from ukrt.engine.discretize import aligned, fill_instance, make_arrays
-from ukrt.engine.kernels.convolve import convolver_prepare, convolver_reset, convolver_size
+from ukrt.engine import layout as instance_at
+from ukrt.engine import stage_layout as at
+from ukrt.engine.host import CALLBACK, Host
+from ukrt.engine.instance import Instance
 from ukrt.engine.kernels.energy import total_energy
-from ukrt.engine.kernels.machine import ticks_now
-from ukrt.engine.kernels.player import player_reset
-from ukrt.engine.kernels.process import callback
-from ukrt.engine.note_log import read_counters, read_note_log
-from ukrt.engine.player_tables import make_player_tables
-from ukrt.errors import ParameterError
-from ukrt.model.intonation import make_intonation
-from ukrt.radiation.impulse_response import load_impulse_response
+from ukrt.engine.kernels.queue import lane_push
+from ukrt.engine.note_log import read_note_log
+from ukrt.engine.stage import Stage
+from ukrt.errors import ParameterError, UkrtError
 
-SIGNALS = {"pressure": at.SIGNAL_PRESSURE, "bridge-force": at.SIGNAL_FORCE, "strings": at.SIGNAL_STRINGS}
 MAX_BLOCK = 8192
-_SILENCE = np.zeros((1, 2, 2))
-_POINTER, _ULONG = ctypes.c_void_p, ctypes.c_ulong
-CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _ULONG, _POINTER, _ULONG, _POINTER)  # PaStreamCallback
 
 
 class Engine:
-    """One instance of the instrument.
+    """An instrument that can be run.
 
     Parameters
     ----------
@@ -42,7 +32,9 @@ class Engine:
     impulse_response : ukrt.radiation.impulse_response.ImpulseResponse, optional
         Instead of the one that the guitar names.
     max_block : int
-        Most frames that `process` takes at once.
+        Most frames that a caller means to ask for at once (kept for callers; any number is computed).
+    shared : bool
+        Whether other processes shall be able to run it, and its output is kept for a recorder: live playing.
 
     Raises
     ------
@@ -52,102 +44,160 @@ class Engine:
         An impulse response that cannot be used.
     """
 
-    def __init__(self, guitar, sample_rate=48000.0, *, signal="pressure", impulse_response=None, max_block=MAX_BLOCK):
-        if signal not in SIGNALS:
-            raise ParameterError("signal", signal, f"it must be one of {', '.join(SIGNALS)}")
-        self.guitar, self.sample_rate, self.signal = guitar, float(sample_rate), signal
-        self.max_block = max_block
-        self.channels = {"pressure": 2, "bridge-force": 1, "strings": len(guitar.strings)}[signal]
-        self.intonation = make_intonation(guitar)
-        self._d, self._i = make_arrays()
-        fill_instance(self._d, self._i, guitar, self.intonation, self.sample_rate)
-        response = _SILENCE
-        if signal == "pressure":
-            impulse_response = impulse_response or load_impulse_response(
-                guitar.radiation.impulse_response, self.sample_rate
-            )
-            response = impulse_response.samples
-        self.response_frames = len(response) if signal == "pressure" else 0
-        n_v, n_vi = convolver_size(len(response))
-        self._v, self._vi = aligned(n_v, np.float64), aligned(n_vi, np.int64)
-        convolver_prepare(response, self._v, self._vi)
-        self._buffer = aligned(max_block * self.channels, np.float64)
-        self.lead_frames = max(1, round(guitar.pluck.duration * self.sample_rate))
-        self._finish()
-        self._words = self._make_instance()
-        self._address = self._words.ctypes.data
-        self._function = CALLBACK(callback.address)
+    def __init__(
+        self,
+        guitar,
+        sample_rate=48000.0,
+        *,
+        signal="pressure",
+        impulse_response=None,
+        max_block=MAX_BLOCK,
+        shared=False,
+    ):
+        self.signal, self.max_block, self.shared = signal, max_block, shared
+        instance = Instance(guitar, sample_rate, signal, impulse_response, shared)
+        self.channels = instance.channels
+        self._stage = Stage(self.channels, shared)
+        self._stage.reset(instance.sample_rate)
+        self._si, self._sd = self._stage.si, self._stage.sd
+        self._slots = [instance, None]
+        self._host = Host(self._stage.arrays)
+        self._host.point(0, instance.block.arrays)
+        self._address = self._host.userdata_address
+        self._function = CALLBACK(self._host.callback_address)
 
-    def _finish(self):
-        """What an instance at rest needs beside its physics: player, output, the counters' rates."""
-        i = self._i
-        i[at.H_SIGNAL], i[at.H_CHANNELS] = SIGNALS[self.signal], self.channels
-        i[at.H_CONVOLVE] = self.signal == "pressure"
-        self._d[at.METER + at.M_GAIN] = 1.0
-        player_reset(self._d, i)
-        make_player_tables(self.guitar, self.intonation, self.sample_rate, self._d, i)
-        self._d[at.METER + at.M_TICKS_PER_FRAME] = tick_rate() / self.sample_rate
-
-    def _make_instance(self):
-        words = np.zeros(at.INSTANCE_WORDS, np.int64)
-        words[at.W_MAGIC], words[at.W_VERSION] = at.MAGIC, at.VERSION
-        for word, array in (
-            (at.W_D, self._d),
-            (at.W_I, self._i),
-            (at.W_V, self._v),
-            (at.W_VI, self._vi),
-            (at.W_OUT, self._buffer),
-        ):
-            words[word], words[word + 1] = array.ctypes.data, array.size
-        return words
+    # What is being played --------------------------------------------------------------------------------------------
+    @property
+    def instance(self):
+        """The instance that is heard (Instance)."""
+        return self._slots[self._si[at.G_SLOT]]
 
     @property
-    def callback_address(self):
-        """Address of the C function with PortAudio's callback signature (int)."""
-        return callback.address
+    def guitar(self):
+        """The guitar that is heard (Guitar)."""
+        return self.instance.guitar
 
     @property
-    def userdata_address(self):
-        """Address of this instance's table of words, the callback's user data (int); valid while the engine lives."""
-        return self._address
+    def sample_rate(self):
+        """Frames per second [Hz]."""
+        return self.instance.sample_rate
 
     @property
-    def frame(self):
-        """The next frame to be computed (int)."""
-        return int(self._i[at.H_FRAME])
+    def intonation(self):
+        """Tensions and fret places of the guitar that is heard (Intonation)."""
+        return self.instance.intonation
+
+    @property
+    def lead_frames(self):
+        """Frames from a note-on to the release of its string (int)."""
+        return self.instance.lead_frames
+
+    @property
+    def response_frames(self):
+        """Frames for which the sound outlasts its cause (int)."""
+        return self.instance.response_frames
 
     @property
     def n_modes(self):
         """Modes of strings (both polarizations) and body, without the pseudo-modes (int)."""
-        rows = (at.STRING_I + s * at.STRING_I_SIZE for s in range(len(self.guitar.strings)))
-        return int(sum(2 * self._i[row + at.SI_MODES] for row in rows)) + len(self.guitar.body.frequencies_hz)
+        return self.instance.n_modes
+
+    @property
+    def frame(self):
+        """The next frame to be computed (int)."""
+        return int(self._si[at.G_FRAME])
 
     @property
     def output_gain(self):
-        """Gain of what the callback gives to a sound card [1]; `process` is not affected."""
-        return float(self._d[at.METER + at.M_GAIN])
+        """Gain of what goes to a sound card [1]; `process` is not affected."""
+        return float(self._d[instance_at.METER + instance_at.M_GAIN])
 
     @output_gain.setter
     def output_gain(self, gain):
-        self._d[at.METER + at.M_GAIN] = gain
+        self._d[instance_at.METER + instance_at.M_GAIN] = gain
 
-    def send(self, frame, status, data1=0, data2=0):
-        """Queue a MIDI message for ``frame``; frames must not decrease.
+    _d = property(lambda self: self.instance.d)
+    _i = property(lambda self: self.instance.i)
+    _v = property(lambda self: self.instance.v)
+    _vi = property(lambda self: self.instance.vi)
+
+    # Messages --------------------------------------------------------------------------------------------------------
+    def send(self, frame, status, data1=0, data2=0, lane=at.LANE_PLAYER):
+        """Queue a MIDI message for ``frame`` (AT_ONCE: for the next block); frames of one lane must not decrease.
 
         Returns
         -------
         bool
-            False if the queue is full; the message is then lost and counted.
+            False if the lane refuses it because it is full; the message is then lost and counted.
         """
-        i = self._i
-        write = i[at.H_MIDI_WRITE]
-        if write - i[at.H_MIDI_READ] >= at.MIDI_QUEUE:
-            i[at.H_MIDI_DROPPED] += 1
-            return False
-        slot = at.MIDI + 2 * (write % at.MIDI_QUEUE)
-        i[slot], i[slot + 1] = frame, (status & 0xFF) << 16 | (data1 & 0xFF) << 8 | data2 & 0xFF
-        i[at.H_MIDI_WRITE] = write + 1  # last: the callback reads up to here
-        return True
+        word = (status & 0xFF) << 16 | (data1 & 0xFF) << 8 | data2 & 0xFF
+        return bool(lane_push(self._si, lane, frame, word))
+
+    def send_event(self, frame, kind, value, lane=at.LANE_PLAYER):
+        """Queue one of the stage's own events (KIND_SHED, KIND_RESET), as `journal` gave them; see `send`."""
+        return bool(lane_push(self._si, lane, frame, kind << at.KIND_SHIFT | value & at.VALUE_MASK))
+
+    def recover(self):
+        """Ask for everything to come to rest if a host died within the callback; True if one did.
+
+        Only when nobody calls the callback any more.
+        """
+        torn = bool(self._si[at.G_BUSY])
+        if torn:
+            self._si[at.G_BUSY] = 0
+            self.send_event(at.AT_ONCE, at.KIND_RESET, 0)
+        self._si[at.G_THREAD] = 0
+        return torn
+
+    # Another guitar while playing ------------------------------------------------------------------------------------
+    @property
+    def swapping(self):
+        """Whether an instance is about to take over or is still being faded in (bool)."""
+        return bool(self._si[at.G_SWAP] or self._si[at.G_FADE])
+
+    def load(self, instance):
+        """Put ``instance`` (of the same signal and channels) into the free slot, for `swap`."""
+        if self.swapping:
+            raise UkrtError("the guitar cannot be changed while the last change is still being carried out")
+        if (instance.signal, instance.channels) != (self.signal, self.channels):
+            found = f"{instance.signal} in {instance.channels} channels"
+            raise ParameterError("instance", found, f"it must be {self.signal} in {self.channels} channels")
+        free = 1 - int(self._si[at.G_SLOT])
+        before, self._slots[free] = self._slots[free], instance
+        self._host.point(free, instance.block.arrays)
+        if before is not None:
+            before.close()
+
+    def swap(self, frame=at.AT_ONCE):
+        """Let the loaded instance take over: what rings goes on ringing on it, and it is faded in over 2048 frames.
+
+        Parameters
+        ----------
+        frame : int
+            When exactly; AT_ONCE: at the beginning of the next block.
+
+        Returns
+        -------
+        int
+            The number of this change, which the journal names.
+        """
+        if self._slots[1 - int(self._si[at.G_SLOT])] is None:
+            raise UkrtError("there is no other guitar loaded that could take over")
+        self._si[at.G_SWAP_NUMBER] += 1
+        self._si[at.G_SWAP_FRAME] = frame
+        self._si[at.G_SWAP] = 1
+        return int(self._si[at.G_SWAP_NUMBER])
+
+    # Sound -----------------------------------------------------------------------------------------------------------
+    @property
+    def callback_address(self):
+        """Address of the C function with PortAudio's callback signature (int)."""
+        return self._host.callback_address
+
+    @property
+    def userdata_address(self):
+        """Address of this process's table of words, the callback's user data (int); valid while the engine lives."""
+        return self._address
 
     def process(self, n_frames):
         """Compute the next ``n_frames`` frames.
@@ -169,62 +219,101 @@ class Engine:
             address = out.__array_interface__["data"][0]  # ten times quicker than out.ctypes
             self._function(None, address, len(out), None, at.DOUBLE_OUTPUT, self._address)
 
+    def process_card(self, n_frames):
+        """Compute the next ``n_frames`` frames as a sound card gets them: with gain and limiter.
+
+        Returns
+        -------
+        ndarray (n_frames, channels) float32
+        """
+        out = np.empty((n_frames, self.channels), np.float32)
+        if n_frames:
+            self._function(None, out.__array_interface__["data"][0], n_frames, None, 0, self._address)
+        return out
+
+    # What the stage tells, and is told -------------------------------------------------------------------------------
+    @property
+    def stage(self):
+        """The stage: stamps, journal, ring of samples, settings (Stage)."""
+        return self._stage
+
+    def stamp(self):
+        """See `Stage.stamp`."""
+        return self._stage.stamp()
+
+    def journal(self, since):
+        """See `Stage.journal`."""
+        return self._stage.journal(since)
+
+    def recorded(self, since):
+        """See `Stage.recorded`."""
+        return self._stage.recorded(since)
+
+    def settings(self):
+        """All that a take must keep beside the guitar (dict, ready for JSON)."""
+        return self._stage.settings() | {"output_gain": self.output_gain}
+
+    def apply(self, settings):
+        """Take over what `settings` gave."""
+        self._stage.apply(settings)
+        self.output_gain = settings["output_gain"]
+
+    limiter = property(
+        lambda self: self._stage.limiter, lambda self, on: setattr(self._stage, "limiter", on), doc="See `Stage`."
+    )
+    message_cap = property(
+        lambda self: self._stage.message_cap,
+        lambda self, cap: setattr(self._stage, "message_cap", cap),
+        doc="See `Stage`.",
+    )
+    shed_budget = property(
+        lambda self: self._stage.shed_budget,
+        lambda self, load: setattr(self._stage, "shed_budget", load),
+        doc="See `Stage`.",
+    )
+
+    def peak_recent(self):
+        """See `Stage.peak_recent`."""
+        return self._stage.peak_recent()
+
     def energy(self):
         """Energy of strings, body and fingers [J]: what still sounds."""
         return float(total_energy(self._d, self._i))
 
     def counters(self):
-        """Everything that was counted since the start or the last reset.
-
-        Returns
-        -------
-        dict
-            Numbers by name; ``load_histogram`` is a list of (share of the block's period, blocks).
-        """
-        i = self._i
-        heads = {
-            "frames": at.H_FRAME,
-            "blocks": at.H_BLOCKS,
-            "midi_received": at.H_MIDI_COUNT,
-            "midi_dropped": at.H_MIDI_DROPPED,
-            "late_messages": at.H_MIDI_LATE,
-            "gestures_executed": at.H_GESTURES_DONE,
-            "gestures_dropped": at.H_GESTURES_DROPPED,
-            "nonfinite_resets": at.H_NONFINITE,
-            "underflows": at.H_UNDERFLOWS,
-            "overflows": at.H_OVERFLOWS,
-            "clipped_samples": at.H_CLIPPED,
-        }
-        counts = {name: int(i[place]) for name, place in heads.items()}
-        bins = i[at.LOAD : at.LOAD + at.LOAD_BINS]
-        loads = [(2.0 ** ((k + 0.5 - at.LOAD_FULL) / at.LOAD_PER_OCTAVE), int(bins[k])) for k in np.flatnonzero(bins)]
-        return counts | {"peak": float(self._d[at.METER + at.M_PEAK])} | read_counters(i) | {"load_histogram": loads}
+        """Everything that was counted since the start or the last reset: see `Stage.counters`."""
+        return self._stage.counters(self._i)
 
     def note_log(self):
         """The notes so far, oldest first: see `ukrt.engine.note_log.read_note_log`."""
         return read_note_log(self._d, self._i, self.sample_rate)
 
+    def manifest(self):
+        """What another process needs to run this engine (dict, ready for JSON); only of a shared one."""
+        return {
+            "stage": self._stage.block.manifest(),
+            "slots": [instance and instance.block.manifest() for instance in self._slots],
+            "sample_rate": self.sample_rate,
+            "channels": self.channels,
+        }
+
     def reset(self):
-        """All strings at rest, no note held, no message waiting, frame 0."""
-        gain = self.output_gain
-        fill_instance(self._d, self._i, self.guitar, self.intonation, self.sample_rate)
-        convolver_reset(self._v, self._vi)
-        self._finish()
+        """All strings at rest, no note held, no message waiting, frame 0; counters at zero."""
+        gain, instance = self.output_gain, self.instance
+        instance.reset()
+        if self._slots[0] is not instance:
+            self._slots.reverse()
+            self._host.point(0, instance.block.arrays)
+        if self._slots[1] is not None:
+            self._host.point(1, self._slots[1].block.arrays)
+        self._stage.reset(instance.sample_rate)
         self.output_gain = gain
 
     def close(self):
         """Let go of the memory; call it only after the driver has stopped calling."""
-        self._words[at.W_MAGIC] = 0
-
-
-_tick_rate = None
-
-
-def tick_rate(seconds=0.02):
-    """Ticks per second of the counter that measures the callback's load [1/s]; 0 where there is none. Measured once."""
-    global _tick_rate
-    if _tick_rate is None:
-        began, first = time.perf_counter(), ticks_now()
-        time.sleep(seconds)
-        _tick_rate = (ticks_now() - first) / (time.perf_counter() - began)
-    return _tick_rate
+        self._host.close()
+        for instance in self._slots:
+            if instance is not None:
+                instance.close()
+        self._si = self._sd = None
+        self._stage.close()

@@ -7,8 +7,6 @@ The modes of all strings stand in tiles of four: a state tile is ``x[k]`` (4 Y, 
 coefficient tile is ``a b D`` then up to seven port columns, four modes each, shared by both polarizations.
 """
 
-MAGIC = 0x756B7274  # "ukrt"
-VERSION = 1
 
 # Capacities ----------------------------------------------------------------------------------------------------------
 MAX_STRINGS = 12
@@ -20,7 +18,6 @@ RESIDUAL_MODES = 8  # pseudo-modes that stand for what the basis cuts (one a por
 MAX_TILES = 2048  # 8192 modes and pseudo-modes over all strings
 MAX_BODY_MODES = 64
 MAX_GESTURES = 512
-MIDI_QUEUE = 16384  # messages
 CHUNK = 64  # frames between two absolute multiples of which nothing outside is looked at
 
 # Tiles ---------------------------------------------------------------------------------------------------------------
@@ -120,7 +117,7 @@ _D, D_SIZE = _sections(
         "STRINGS_OUT": CHUNK * LANES,  # each string's force on the body [N], sample by sample
         "PRESSURE": 2 * CHUNK,
         "GESTURES": MAX_GESTURES * 5,
-        "METER": 64,  # work and counts kept in double precision
+        "METER": 8,
         "PLAYER_D": PLAYER_D_SIZE,
     },
 )
@@ -130,8 +127,6 @@ _I, I_SIZE = _sections(
         "HEAD": 64,
         "STRING_I": MAX_STRINGS * STRING_I_SIZE,
         "GESTURES_I": MAX_GESTURES * 3,  # frame, kind, string
-        "MIDI": MIDI_QUEUE * 2,  # frame, status << 16 | data1 << 8 | data2
-        "LOAD": 1024,  # LOAD_BINS, see below: blocks by the share of their period that they took
         "PLAYER_I": PLAYER_I_SIZE,
     },
 )
@@ -140,23 +135,10 @@ globals().update(_I)
 
 # HEAD ----------------------------------------------------------------------------------------------------------------
 (
-    H_STRINGS, H_PORTS, H_BODY, H_FRAME, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY,
-    H_MIDI_WRITE, H_MIDI_READ, H_MIDI_DROPPED, H_MIDI_LATE, H_MIDI_COUNT, H_GESTURES, H_GESTURES_DONE,
-    H_GESTURES_DROPPED, H_NONFINITE, H_BLOCKS, H_UNDERFLOWS, H_OVERFLOWS, H_FINGER, H_DAMPER,
-    H_CLIPPED,
-) = range(23)  # fmt: skip
+    H_STRINGS, H_PORTS, H_BODY, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY, H_GESTURES, H_GESTURES_DONE,
+    H_GESTURES_DROPPED, H_FINGER, H_DAMPER, H_SHED,
+) = range(13)  # fmt: skip
 
 # METER (in d) --------------------------------------------------------------------------------------------------------
-M_PEAK, M_RATE, M_TICKS_PER_FRAME, M_GAIN = range(4)
-# the loudest sample so far; frames per second; ticks of the processor's counter in one frame; gain of what goes to a
-# sound card
-
-# The instance, as a host sees it: a table of 64-bit words ------------------------------------------------------------
-(
-    W_MAGIC, W_VERSION, W_D, W_D_SIZE, W_I, W_I_SIZE, W_V, W_V_SIZE, W_VI, W_VI_SIZE, W_OUT, W_OUT_SIZE,
-) = range(12)  # fmt: skip
-INSTANCE_WORDS = 16
+M_RATE, M_GAIN = range(2)  # frames per second; gain of what goes to a sound card
 SIGNAL_PRESSURE, SIGNAL_FORCE, SIGNAL_STRINGS = range(3)
-DOUBLE_OUTPUT = 1 << 31  # in the callback's flags: write doubles, without gain
-UNDERFLOW_FLAG, OVERFLOW_FLAG = 4, 8  # paOutputUnderflow, paOutputOverflow
-LOAD_BINS, LOAD_PER_OCTAVE, LOAD_FULL = 1024, 32, 512  # bin LOAD_FULL + LOAD_PER_OCTAVE log2(load)

@@ -61,17 +61,21 @@ JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
 (
     G_FRAME, G_CHANNELS, G_SLOT, G_SWAP, G_SWAP_FRAME, G_SWAP_NUMBER, G_FADE, G_LIMITER, G_CAP, G_BUSY, G_THREAD,
     G_STAMP_SEQ, G_STAMP_FRAME, G_STAMP_NS, G_MUTE_END, G_CAP_CHUNK, G_CAP_USED, G_SHED, G_SHED_WANTED, G_SHED_HOT,
-    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_TIME_SCALE,
+    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_CAP_HELD,
 ) = range(HEAD, HEAD + 26)  # fmt: skip
 # G_FRAME        the next frame to be computed
 # G_SLOT         which of the two instances is heard
 # G_SWAP         1: the other instance takes over at G_SWAP_FRAME (AT_ONCE: at the next block)
 # G_FADE         frames of the crossfade still to come; the instance that goes is in the other slot until it is 0
 # G_CAP          most messages played in one chunk of 64 frames, the rest wait (0: no bound)
+# G_CAP_HELD     1 while messages wait because of it
 # G_BUSY         1 while a host is inside the callback: a host that dies there leaves a torn state
 # G_THREAD       the operating system's number of the thread that calls (0: not known)
 # G_STAMP_*      the start of the last block: frame and monotonic clock [ns], written between two steps of G_STAMP_SEQ
 # G_STAMP_BLOCK  its frames
+# G_MUTE_END     frame at which everything comes to rest again, silent up to there (replayed resets)
+# G_FADE_IN      frames of a fade-in still to come, after a change of the sample rate
+# G_RECORD       1: what the card gets is kept in the ring of G_RING_FRAMES frames
 # G_SHED         how much is shed now (0: nothing); G_SHED_WANTED: what the overload watch asks for from the next block
 
 COUNT_NAMES = (
@@ -88,18 +92,21 @@ COUNT_NAMES = (
 
 # sd ------------------------------------------------------------------------------------------------------------------
 MAX_CHANNELS = 16
+FADE = 2048  # frames of the crossfade from one instance to another (choice: 43 ms at 48 kHz)
 MAX_PIECE = 1024  # frames computed at once for a card, whatever the host asks for
-_SD, SD_SIZE = _sections({"METER": 64, "OUT": MAX_PIECE * MAX_CHANNELS, "OLD": MAX_PIECE * MAX_CHANNELS})
-METER, OUT, OLD = _SD["METER"], _SD["OUT"], _SD["OLD"]
+_SD, SD_SIZE = _sections({"METER": 64, "OUT": MAX_PIECE * MAX_CHANNELS})
+METER, OUT = _SD["METER"], _SD["OUT"]
 (
-    M_PEAK, M_PEAK_RECENT, M_TICKS_PER_SECOND, M_RATE, M_ENVELOPE, M_LIMITED_PEAK, M_SHED_BUDGET, M_LOAD,
-) = range(METER, METER + 8)  # fmt: skip
-# M_LIMITED_PEAK  the largest sample that came to the limiter
+    M_PEAK, M_PEAK_RECENT, M_TICKS_PER_SECOND, M_RATE, M_ENVELOPE, M_SHED_BUDGET,
+) = range(METER, METER + 6)  # fmt: skip
 
 # The table of words a host keeps: addresses in its own memory --------------------------------------------------------
 (
-    W_MAGIC, W_VERSION, W_SI, W_SD, W_RING, W_CLOCK, W_CLOCK_ID, W_THREAD_ID, W_SLOTS,
-) = range(9)  # fmt: skip
+    W_MAGIC, W_VERSION, W_SI, W_SD, W_RING, W_CLOCK, W_CLOCK_ID, W_THREAD_ID,
+) = range(8)  # fmt: skip
+# W_CLOCK, W_THREAD_ID: addresses of the C library's clock_gettime and gettid, 0 where the host gives none
+W_TIME_AT = 8  # address of the two words that follow, scratch for the clock
+W_SLOTS = 11
 SLOT_WORDS = 8  # of each of the two slots: address and length of d, i, v, vi
 WORDS = W_SLOTS + 2 * SLOT_WORDS
 DOUBLE_OUTPUT = 1 << 31  # in the callback's flags: write doubles, without gain, limiter or recording
