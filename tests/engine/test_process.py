@@ -117,7 +117,7 @@ def test_late_and_lost_messages_are_counted():
 
 def test_a_full_lane_refuses_the_end_of_notes_last():
     engine = Engine(load_preset("classical"), 48000.0)
-    sent = {name: 0 for name in ("controllers", "ons", "offs")}
+    sent = dict.fromkeys(("controllers", "ons", "offs"), 0)
     for _ in range(stage_at.QUEUE):
         sent["controllers"] += engine.send(0, 0xE0, 0, 64)
         sent["ons"] += engine.send(0, 0x90, 64, 100)

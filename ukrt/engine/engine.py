@@ -310,10 +310,11 @@ class Engine:
         self.output_gain = gain
 
     def close(self):
-        """Let go of the memory; call it only after the driver has stopped calling."""
+        """Give the memory back; what was counted can still be read. Only after the driver has stopped calling."""
         self._host.close()
         for instance in self._slots:
             if instance is not None:
                 instance.close()
         self._si = self._sd = None
         self._stage.close()
+        self._si, self._sd = self._stage.si, self._stage.sd

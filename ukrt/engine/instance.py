@@ -1,9 +1,9 @@
-"""One guitar at one sample rate, as the arrays that compiled code advances: presets enter, an instance at rest leaves."""
+"""One guitar at one sample rate, as arrays that compiled code advances: a preset enters, an instance at rest leaves."""
 
 import numpy as np
 
 from ukrt.engine import layout as at
-from ukrt.engine.discretize import fill_instance
+from ukrt.engine.discretize import check_rate, fill_instance
 from ukrt.engine.kernels.convolve import convolver_prepare, convolver_reset, convolver_size
 from ukrt.engine.kernels.player import player_reset
 from ukrt.engine.memory import Block
@@ -49,6 +49,7 @@ class Instance:
     def __init__(self, guitar, sample_rate, signal="pressure", impulse_response=None, shared=False):
         if signal not in SIGNALS:
             raise ParameterError("signal", signal, f"it must be one of {', '.join(SIGNALS)}")
+        check_rate(sample_rate, guitar)
         self.guitar, self.sample_rate, self.signal = guitar, float(sample_rate), signal
         self.channels = {"pressure": 2, "bridge-force": 1, "strings": len(guitar.strings)}[signal]
         self.intonation = make_intonation(guitar)
@@ -63,9 +64,12 @@ class Instance:
         n_v, n_vi = convolver_size(len(response))
         sizes = {"d": ("f8", at.D_SIZE), "i": ("i8", at.I_SIZE), "v": ("f8", n_v), "vi": ("i8", n_vi)}
         self.block = Block(sizes, shared)
-        self.d, self.i, self.v, self.vi = (self.block.arrays[name] for name in sizes)
+        self._look()
         convolver_prepare(response, self.v, self.vi)
         self.reset()
+
+    def _look(self):
+        self.d, self.i, self.v, self.vi = (self.block.arrays[name] for name in ("d", "i", "v", "vi"))
 
     def reset(self):
         """All strings at rest, no note held."""
@@ -90,6 +94,7 @@ class Instance:
         return int(sum(2 * self.i[row + at.SI_MODES] for row in rows)) + len(self.guitar.body.frequencies_hz)
 
     def close(self):
-        """Let go of the memory."""
+        """Give shared memory back; what the arrays held last can still be read."""
         self.d = self.i = self.v = self.vi = None
         self.block.close()
+        self._look()

@@ -62,15 +62,16 @@ class Block:
         return {"name": self._memory.name, "arrays": self._places}
 
     def close(self):
-        """Let go of the memory; shared memory is removed by the process that made it, once nobody looks at it."""
-        self.arrays = {}
-        if self._memory is not None:
-            memory, self._memory = self._memory, None
-            with contextlib.suppress(BufferError):  # somebody still holds an array; the memory goes with the process
-                memory.close()
-            if self._owner:
-                with contextlib.suppress(FileNotFoundError):
-                    memory.unlink()
+        """Give shared memory back; who made it removes it. The arrays remain as private copies, to be read."""
+        if self._memory is None:
+            return
+        memory, self._memory = self._memory, None
+        self.arrays = {name: array.copy() for name, array in self.arrays.items()}
+        with contextlib.suppress(BufferError):  # somebody still holds an array; the memory goes with the process
+            memory.close()
+        if self._owner:
+            with contextlib.suppress(FileNotFoundError):
+                memory.unlink()
 
 
 def attach_shared(name):

@@ -29,6 +29,9 @@ class Stage:
         self.live, self.channels = shared, channels
         sizes = {"si": ("i8", at.SI_SIZE), "sd": ("f8", at.SD_SIZE), "ring": ("f4", _RING_FLOATS if shared else 16)}
         self.block = Block(sizes, shared)
+        self._look()
+
+    def _look(self):
         self.arrays = self.block.arrays
         self.si, self.sd = self.arrays["si"], self.arrays["sd"]
 
@@ -170,6 +173,7 @@ class Stage:
         return gain_to_db(limiter_gain(float(self.sd[at.M_PEAK]))) if self.limiter else 0.0
 
     def close(self):
-        """Let go of the memory."""
+        """Give shared memory back; what was counted can still be read."""
         self.arrays, self.si, self.sd = {}, None, None
         self.block.close()
+        self._look()
