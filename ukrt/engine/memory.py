@@ -67,7 +67,10 @@ class Block:
             return
         memory, self._memory = self._memory, None
         self.arrays = {name: array.copy() for name, array in self.arrays.items()}
-        with contextlib.suppress(BufferError):  # somebody still holds an array; the memory goes with the process
+        try:
+            memory.close()
+        except BufferError:  # somebody still holds an array: the memory goes with the last of them
+            memory._buf = memory._mmap = None
             memory.close()
         if self._owner:
             with contextlib.suppress(FileNotFoundError):
