@@ -22,7 +22,7 @@ def live(preset="classical", **options):
     return engine
 
 
-def replayed(entries, instances, frames, settings, block):
+def replayed(entries, load, frames, settings, block):
     """A fresh engine's samples for a card, from the journal of another."""
     engine = live()
     engine.message_cap, engine.shed_budget = 0, 0.0
@@ -36,7 +36,7 @@ def replayed(entries, instances, frames, settings, block):
             break
         if word >> at.KIND_SHIFT == at.KIND_SWAP:
             number = word & at.VALUE_MASK
-            engine.load(instances(number))
+            load(engine, number)
             engine.swap(frame)
         elif word >> at.KIND_SHIFT == at.KIND_MIDI:
             engine.send(frame, word >> 16, word >> 8, word)
@@ -81,10 +81,8 @@ def test_a_journal_replays_bit_for_bit_whatever_the_blocks(block):
 def test_a_change_of_guitar_replays_bit_for_bit():
     names, gains = {1: "drop-d", 2: "paper"}, {1: 0.2, 2: 0.4}
 
-    def instances(number):
-        instance = Instance(load_preset(names[number]), 48000.0, shared=True)
-        instance.d[instance_at.METER + instance_at.M_GAIN] = gains[number]
-        return instance
+    def load(engine, number):
+        engine.load(Instance(load_preset(names[number]), 48000.0, shared=True), gains[number])
 
     engine, parts = live(), []
     settings = engine.settings()
@@ -92,7 +90,7 @@ def test_a_change_of_guitar_replays_bit_for_bit():
         if step % 7 == 0:
             engine.send(at.AT_ONCE, 0x90, NOTES[step % 10], 100)
         if step in (20, 40):
-            engine.load(instances(step // 20))
+            load(engine, step // 20)
             assert engine.swap() == step // 20
             assert engine.swapping
             with pytest.raises(UkrtError, match="still being carried out"):
@@ -100,7 +98,7 @@ def test_a_change_of_guitar_replays_bit_for_bit():
         parts.append(engine.process_card(331))
     played, (_, entries, _) = np.concatenate(parts), engine.journal(0)
     assert engine.guitar.name == load_preset("paper").name and engine.counters()["swaps"] == 2
-    again = replayed(entries.tolist(), instances, len(played), settings, 777)
+    again = replayed(entries.tolist(), load, len(played), settings, 777)
     assert np.array_equal(played.view(np.int32), again.view(np.int32))
     engine.close()
 

@@ -155,14 +155,23 @@ class Engine:
         """Whether an instance is about to take over or is still being faded in (bool)."""
         return bool(self._si[at.G_SWAP] or self._si[at.G_FADE])
 
-    def load(self, instance):
-        """Put ``instance`` (of the same signal and channels) into the free slot, for `swap`."""
+    def load(self, instance, gain=None):
+        """Put ``instance`` into the free slot, for `swap`.
+
+        Parameters
+        ----------
+        instance : Instance
+            Of the same signal and channels.
+        gain : float [1], optional
+            Of what goes to a sound card; by default as its preset has it.
+        """
         if self.swapping:
             raise UkrtError("the guitar cannot be changed while the last change is still being carried out")
         if (instance.signal, instance.channels) != (self.signal, self.channels):
             found = f"{instance.signal} in {instance.channels} channels"
             raise ParameterError("instance", found, f"it must be {self.signal} in {self.channels} channels")
         free = 1 - int(self._si[at.G_SLOT])
+        instance.d[instance_at.METER + instance_at.M_GAIN] = instance.preset_gain if gain is None else gain
         before, self._slots[free] = self._slots[free], instance
         self._host.point(free, instance.block.arrays)
         if before is not None:
