@@ -94,18 +94,24 @@ def examine(args):
     sources = _make_sources(guitar, outputs.sample_rate)
     cells = _measure(args, outputs, sources, blocks, stresses)
     delays = {cell["block_frames"]: cell["delay"] for cell in cells}
+    output = {
+        "driver": outputs.driver,
+        "name": outputs.name,
+        "rate_hz": outputs.sample_rate,
+        "realtime": outputs.realtime,
+    }
     report = {
         "ukrt": __version__,
         "preset": guitar.name,
         "machine": machine,
-        "output": {"driver": outputs.driver, "name": outputs.name, "rate_hz": outputs.sample_rate},
+        "output": output,
         "notes": notes,
         "strings": len(guitar.strings),
         "strings_plucked": sources[0].strings_plucked(),
         "contacts": len(guitar.finger.contacts),
         "cells": cells,
         "recommended_block": recommend(cells),
-        "advice": [{"severity": one.severity, "words": one.words} for one in advise(machine, cells, delays)],
+        "advice": [{"severity": one.severity, "words": one.words} for one in advise(machine, output, cells, delays)],
     }
     for source in sources:
         if hasattr(source, "engine"):
@@ -121,11 +127,8 @@ def turns_of(seconds):
 
 def _make_sources(guitar, rate):
     from ..drivers.doctor_sources import Compiled, Empty, Interpreted
-    from ..units import db_to_gain
 
     engines = [make_engine(guitar, rate), make_engine(guitar, rate)]
-    for engine in engines:
-        engine.output_gain = db_to_gain(guitar.radiation.gain_db)
     return [Compiled(engines[0]), Empty(rate, engines[0].channels), Interpreted(engines[1])]
 
 

@@ -52,7 +52,7 @@ def _machine_rows(machine):
     yield "system", f"{machine['system']['name']}{kernel}, Python {machine['system']['python']}"
     yield "processor", f"{processor['model']}, {processor['cores']} cores{busy}"
     yield "governor", ", ".join(processor["governors"] or ["not told by this system"])
-    yield "real-time priority", _allowed(scheduling["realtime_allowed"], scheduling["rtprio_limit"])
+    yield "real-time priority", _allowed(scheduling["allowed"], scheduling["rtprio_limit"])
     yield "memory lock", _allowed(lock["allowed"], lock["limit_bytes"])
     yield "compiled code", f"{'kept' if cache['warm'] else 'not yet'} in {cache['folder']}"
     absent = [name.replace("_", " ") for name, found in libraries.items() if not found]
@@ -72,27 +72,29 @@ def _load_table(cells):
     from rich.table import Table
 
     table = Table(box=box.SIMPLE, caption="load: % of a block's time; lost: callbacks that never happened")
-    for name, side in (("frames", "right"), ("stress", "left"), ("callback", "left")):
+    for name, side in (("frames", "right"), ("callback", "left")):
         table.add_column(name, justify=side, no_wrap=True)
-    for name in ("p50", "p99", "p99.9", "max", "xruns", "lost"):
+    for name in ("p50", "p99", "p99.9", "max", "xruns", "lost", "of all"):
         table.add_column(name, justify="right", no_wrap=True)
     for cell in cells:
         for k, (name, result) in enumerate(cell["sources"].items()):
-            first = (str(cell["block_frames"]), cell["stress"]) if k == 0 else ("", "")
+            first = (str(cell["block_frames"]), cell["stress"] if cell["stress"] != "none" else "", "")[k]
             loads = result["load"] or {}
-            shares = [f"{100 * loads[q]:.0f}" if loads else "" for q in ("p50", "p99", "p99.9", "max")]
-            lost = f"{result['missing']} ({result['missing_percent']:.2g} %)" if result["missing"] else "0"
-            table.add_row(*first, name, *shares, str(result["xruns"]), lost, end_section=k == 2)
+            shares = [_percent(loads[q]) if loads else "" for q in ("p50", "p99", "p99.9", "max")]
+            lost = f"{result['missing_percent']:.2g} %" if result["missing"] else ""
+            table.add_row(first, name, *shares, str(result["xruns"]), str(result["missing"]), lost, end_section=k == 2)
     return table
+
+
+def _percent(share):
+    return f"{100 * share:.0f}" if share < 100.0 else ">9999"
 
 
 def _delay_table(cells):
     from rich import box
     from rich.table import Table
 
-    table = Table(
-        box=box.SIMPLE, caption="from key to sound in ms, without the keyboard's own and the air's"
-    )
+    table = Table(box=box.SIMPLE, caption="from key to sound in ms, without the keyboard's own")
     for name in ("frames", "MIDI, one block", "output", "pluck's force", "together"):
         table.add_column(name, justify="right", no_wrap=True)
     seen = set()

@@ -10,7 +10,6 @@ FULL_LOAD = 1.0
 FEW_PERCENT = 0.01  # missing callbacks that nobody need care about: one in ten thousand (a choice)
 SLOW_MS = 20.0  # from key to sound; guitarists notice about this much (a choice)
 PROBLEM, HINT, GOOD = "problem", "hint", "good"
-_LIMITS = "'@audio - rtprio 95' and '@audio - memlock unlimited' into /etc/security/limits.d/audio.conf"
 _RANKS = (PROBLEM, HINT, GOOD)
 
 
@@ -22,13 +21,15 @@ class Advice:
     words: str
 
 
-def advise(machine, cells, delays):
+def advise(machine, output, cells, delays):
     """All advice, the gravest first.
 
     Parameters
     ----------
     machine : dict
         From `ukrt.drivers.system_facts.system_facts`.
+    output : dict
+        With ``realtime``: whether the audio server runs with real-time priority, None if there is none.
     cells : list of dict
         One for each block size and stress, with ``block_frames``, ``stress``, ``within_range`` and, by source,
         ``sources`` (from `ukrt.drivers.doctor_measure.summarize`).
@@ -40,6 +41,9 @@ def advise(machine, cells, delays):
     list of Advice
     """
     found = [*_on_scheduling(machine), *_on_processor(machine), *_on_software(machine), *_on_devices(machine)]
+    if output["realtime"] is False:
+        words = "The audio server runs without real-time priority; start it with (jackd -R), or tick it in qjackctl."
+        found.append(Advice(PROBLEM, words))
     for cell in cells:
         found += _on_cell(cell)
     found += _on_choice(cells, delays)
@@ -87,24 +91,17 @@ def _went_well(cell):
 
 def _on_scheduling(machine):
     scheduling, lock = machine["scheduling"], machine["memory_lock"]
-    if scheduling["realtime_allowed"] is False:
-        limit = scheduling["rtprio_limit"]
-        yield Advice(
-            PROBLEM,
-            f"Real-time priority is refused ({scheduling['refusal']}; the limit is {limit}), so that sound waits "
-            f"behind every other program. As root put {_LIMITS}, join the group audio, and log in again.",
-        )
-    elif scheduling["rttime_limit_us"] not in (None, -1):
+    if scheduling["allowed"] is False:
+        yield Advice(PROBLEM, f"Sound waits behind every other program: {scheduling['reason']}.")
+    elif scheduling["allowed"]:
+        yield Advice(GOOD, "Real-time priority is allowed.")
+    if scheduling["allowed"] and scheduling["rttime_limit_us"] not in (None, -1):
         limit = 1e-3 * scheduling["rttime_limit_us"]
         yield Advice(
             HINT, f"The system ends real-time programs that compute for {limit:.0f} ms without a pause (RLIMIT_RTTIME)."
         )
     if lock["allowed"] is False:
-        yield Advice(
-            HINT,
-            f"Memory cannot be locked (limit {_bytes(lock['limit_bytes'])}, needed {_bytes(lock['tried_bytes'])}): "
-            f"sound may stop while the system fetches it from disk. As root put {_LIMITS}.",
-        )
+        yield Advice(HINT, f"Sound may stop while memory is fetched from the disk: {lock['reason']}.")
 
 
 def _on_processor(machine):
@@ -125,8 +122,6 @@ def _on_processor(machine):
         )
     if processor["hypervisor"]:
         yield Advice(HINT, "This is a virtual machine: it stands still now and then, whatever is done inside.")
-    if machine["scheduling"]["realtime_allowed"]:
-        yield Advice(GOOD, "Real-time priority is allowed.")
 
 
 def _on_software(machine):
@@ -197,9 +192,3 @@ def _on_choice(cells, delays):
     total = delays[best]["total_ms"]
     words = f"{best} frames are the smallest blocks that went well: {total:.1f} ms from key to sound."
     yield Advice(HINT if total > SLOW_MS else GOOD, f"{words} Play with --block {best} (on JACK: the server's period).")
-
-
-def _bytes(count):
-    if count is None:
-        return "unknown"
-    return "unlimited" if count == -1 else f"{count / 2**20:.3g} MiB"

@@ -4,11 +4,14 @@ Flags and xruns tell only what a server noticed; callbacks that never happened a
 were asked for with the time that went by.
 """
 
+import contextlib
 import dataclasses
+import os
 import time
 
 from ..errors import DeviceError
 from .live import load_quantile
+from .scheduling import raise_thread
 from .stress import run_stress
 
 SOURCES = ("compiled", "empty", "python")
@@ -69,10 +72,11 @@ def measure_slice(source, output, stress, seconds, block):
         If the output never asks for sound.
     """
     source.prepare(seconds + _SETTLE_SECONDS + 1.0)
-    began = source.frame
+    began, threads = source.frame, _threads()
     try:
         output.start()
         _wait_for(source, began)
+        _raise(_threads() - threads)
         time.sleep(_SETTLE_SECONDS)
         xruns, (start, first), before = _xruns(output), _frame_now(source), source.counts()
         run_stress(stress, seconds)
@@ -179,6 +183,24 @@ def _wait_for(source, began):
         time.sleep(0.005)
 
 
+def _threads():
+    """Numbers of this process's threads (set of int); empty where the system does not tell."""
+    try:
+        return {int(name) for name in os.listdir("/proc/self/task")}
+    except OSError:
+        return set()
+
+
+def _raise(threads):
+    """Schedule an output's threads as live playing does, unless the sound system has done so with one of them."""
+    for number in threads:
+        with contextlib.suppress(OSError):
+            if os.sched_getscheduler(number) & ~os.SCHED_RESET_ON_FORK != os.SCHED_OTHER:
+                return
+    for number in threads:
+        raise_thread(number)
+
+
 def _frame_now(source):
     """The time and the frame that belong together [s, frames]: the closest of some readings."""
     best = None
@@ -193,8 +215,6 @@ def _frame_now(source):
 
 def _xruns(output):
     """Xruns as the output's own server counts them; 0 where only flags tell."""
-    if hasattr(output, "late_blocks"):
-        return output.late_blocks
     return output.xruns() if hasattr(output, "xruns") else 0
 
 

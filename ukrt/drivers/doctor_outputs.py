@@ -4,12 +4,10 @@ All run in this process, so that whatever disturbs its Python is as near to the 
 """
 
 import contextlib
-import pathlib
-import tempfile
 
 from ..errors import DeviceError, MissingExtraError
 from . import audio, null
-from .doctor_sources import Interpreted, PythonStream
+from .doctor_sources import Empty, Interpreted, PythonStream
 from .quiet import quiet_stderr
 
 DRIVERS = ("portaudio", "jack", "null")
@@ -18,6 +16,8 @@ _CLIENT = "ukrt-doctor"
 
 class PortAudioOutputs:
     """The default sound card; where that is JACK, blocks are the server's periods.
+
+    ``realtime`` of all outputs: whether the audio server runs with real-time priority (None: there is no server).
 
     Parameters
     ----------
@@ -32,6 +32,7 @@ class PortAudioOutputs:
         self._jack = "jack" in device.host_api.lower()
         self.name = f"{device.name} ({device.host_api})"
         self.sample_rate = audio.choose_rate(device, rate)
+        self.realtime = _is_realtime() if self._jack else None
 
     def blocks(self, asked, usual):
         """The block sizes to measure (list of int; 0: whatever comes), from those asked for, and a sentence or None."""
@@ -56,7 +57,7 @@ class JackOutputs:
 
     def __init__(self, rate=None):
         with _jack_client() as client:
-            self.sample_rate = float(client.samplerate)
+            self.sample_rate, self.realtime = float(client.samplerate), bool(client.realtime)
         if rate is not None and float(rate) != self.sample_rate:
             raise DeviceError(f"the JACK server runs at {self.sample_rate:.0f} Hz, not {rate} (leave out --rate)")
         self.name = "the JACK server"
@@ -73,14 +74,18 @@ class JackOutputs:
         """An output for ``source`` that has not been started."""
         from .jack import JackOutput
 
-        return JackOutput(source)
+        output = JackOutput(source, _CLIENT, midi=False, midi_inputs=0, silent=isinstance(source, Empty))
+        if isinstance(source, Empty):
+            source.follow(output.counts)
+        return output
 
 
 class NullOutputs:
-    """A clock instead of a sound card, into a file that nobody keeps."""
+    """A clock instead of a sound card."""
 
     driver = "null"
     name = "the null output (a clock in Python instead of a sound card)"
+    realtime = None
 
     def __init__(self, rate=None):
         self.sample_rate = float(rate or 48000)
@@ -95,20 +100,7 @@ class NullOutputs:
 
     def open(self, source, block):
         """An output for ``source`` that has not been started."""
-        return _Forgetful(source, block)
-
-
-class _Forgetful(null.NullOutput):
-    """A null output whose file goes when it is closed."""
-
-    def __init__(self, source, block):
-        self._folder = tempfile.TemporaryDirectory(prefix="ukrt-doctor-")
-        super().__init__(source, block, pathlib.Path(self._folder.name) / "null.wav")
-
-    def close(self):
-        done = super().close()
-        self._folder.cleanup()
-        return done
+        return null.NullOutput(source, block, silent=True)
 
 
 def find_outputs(driver=None, rate=None):
@@ -144,6 +136,13 @@ def _server_blocks(asked):
     except MissingExtraError:
         return [0], "without JACK-Client (pip install 'ukrt[jack]') only the server's own period is measured"
     return list(asked or [own]), None
+
+
+def _is_realtime():
+    """Whether the JACK server runs with real-time priority (bool); None where nobody can be asked."""
+    with contextlib.suppress(MissingExtraError), _jack_client() as client:
+        return bool(client.realtime)
+    return None
 
 
 @contextlib.contextmanager

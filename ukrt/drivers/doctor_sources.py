@@ -72,11 +72,16 @@ class Empty:
         self._words[idle.CHANNELS] = channels
         self.callback_address = idle.count_blocks.address
         self.userdata_address = self._words.ctypes.data
+        self._cycles = None
+
+    def follow(self, cycles):
+        """Let an output that writes silence by itself count; ``cycles()`` gives its ``frames`` and ``cycles``."""
+        self._cycles = cycles
 
     @property
     def frame(self):
         """Frames so far (int)."""
-        return int(self._words[idle.FRAMES])
+        return self._cycles()["frames"] if self._cycles else int(self._words[idle.FRAMES])
 
     def prepare(self, seconds):
         """Forget the longest gap, which the pause between two streams would else be."""
@@ -87,16 +92,16 @@ class Empty:
         flags = self._words[idle.FLAGS : idle.FLAGS + idle.KINDS].tolist()
         return {
             "frames": self.frame,
-            "blocks": int(self._words[idle.BLOCKS]),
+            "blocks": self._cycles()["cycles"] if self._cycles else int(self._words[idle.BLOCKS]),
             "flags": dict(zip(_FLAG_KINDS, flags, strict=True)),
             "loads": {},
         }
 
     def longest_gap(self):
-        """Longest time between two calls since `prepare` [s]; None where the machine has no counter of ticks."""
-        from ..engine.engine import tick_rate
+        """Longest time between two calls since `prepare` [s]; None where nobody measured it."""
+        from ..engine.host import tick_rate
 
-        return int(self._words[idle.LONGEST_GAP]) / tick_rate() if tick_rate() else None
+        return int(self._words[idle.LONGEST_GAP]) / tick_rate() if tick_rate() and not self._cycles else None
 
 
 class Interpreted(Compiled):
@@ -108,17 +113,14 @@ class Interpreted(Compiled):
         super().__init__(engine)
         self._blocks, self._flags = 0, [0] * len(_FLAG_KINDS)
         self._loads = {}
-        self._buffer = np.zeros((engine.max_block, engine.channels))
         self._function = CALLBACK(self._as_c)
         self.callback_address = ctypes.cast(self._function, ctypes.c_void_p).value
-        self.userdata_address = 0
+        self.userdata_address = engine.userdata_address
 
     def render(self, out, flags=0):
         """Fill ``out``, float32 (frames, channels); ``flags`` are PortAudio's."""
         began, frames = time.perf_counter(), len(out)
-        block = self._buffer[:frames]
-        self.engine.process_into(block)
-        out[:] = self.engine.output_gain * block
+        out[:] = self.engine.process_card(frames)
         for kind in range(len(_FLAG_KINDS)):
             self._flags[kind] += (flags >> kind) & 1
         self._blocks += 1

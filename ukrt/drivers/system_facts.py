@@ -1,12 +1,10 @@
 """What this machine allows a sound program to do: nothing enters, plain facts as a dict leave, no advice.
 
-What a system does not tell is None. Nothing is changed but for a moment: a thread that ends at once tries real-time
-scheduling, a buffer that is freed at once is locked into memory.
+What a system does not tell is None. Real-time scheduling is tried by a thread that ends at once, locking memory is
+undone at once.
 """
 
 import contextlib
-import ctypes
-import mmap
 import os
 import pathlib
 import platform
@@ -15,9 +13,8 @@ import sys
 import threading
 
 from ..errors import UkrtError
+from .scheduling import lock_memory, raise_thread, unlock_memory
 
-_PRIORITY = 60  # tried; common for sound programs, below JACK's 70 and the kernel's interrupt threads
-_LOCKED_BYTES = 32 << 20  # tried; about what an instrument with its impulse response holds
 _GOVERNORS = "/sys/devices/system/cpu/cpu*/cpufreq/scaling_governor"
 
 
@@ -47,52 +44,22 @@ def _system():
 
 
 def _scheduling():
-    """Which real-time priority is allowed, and whether a thread gets it."""
-    limits = {"rtprio_limit": _limit("RLIMIT_RTPRIO"), "rttime_limit_us": _limit("RLIMIT_RTTIME")}
-    got, reason = None, None
-    if hasattr(os, "sched_setscheduler"):
-        got, reason = _try_in_a_thread(_take_priority)
-    return limits | {"realtime_allowed": got, "refusal": reason}
-
-
-def _take_priority():
-    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
-
-
-def _try_in_a_thread(function):
-    """Whether ``function`` succeeds in a thread of its own, which then ends (bool), and why not (str or None)."""
-    result = []
-
-    def attempt():
-        try:
-            function()
-            result.append((True, None))
-        except (OSError, ValueError) as error:
-            result.append((False, getattr(error, "strerror", None) or str(error)))
-
-    thread = threading.Thread(target=attempt, name="ukrt-probe")
+    """Whether a thread gets real-time priority, why not, and which limits there are."""
+    reason = []
+    thread = threading.Thread(target=lambda: reason.append(raise_thread(threading.get_native_id())))
     thread.start()
     thread.join()
-    return result[0]
+    allowed = reason[0] is None if hasattr(os, "sched_setscheduler") else None
+    limits = {"rtprio_limit": _limit("RLIMIT_RTPRIO"), "rttime_limit_us": _limit("RLIMIT_RTTIME")}
+    return {"allowed": allowed, "reason": reason[0], **limits}
 
 
 def _memory_lock():
-    """How much memory may be locked [bytes], and whether as much as an instrument needs can be."""
-    facts = {"limit_bytes": _limit("RLIMIT_MEMLOCK"), "tried_bytes": _LOCKED_BYTES, "allowed": None}
-    if os.name != "posix":
-        return facts
-    library = ctypes.CDLL(None, use_errno=True)
-    library.mlock.argtypes = library.munlock.argtypes = (ctypes.c_void_p, ctypes.c_size_t)
-    memory = mmap.mmap(-1, _LOCKED_BYTES)
-    try:
-        view = ctypes.c_char.from_buffer(memory)
-        facts["allowed"] = library.mlock(ctypes.addressof(view), _LOCKED_BYTES) == 0
-        if facts["allowed"]:
-            library.munlock(ctypes.addressof(view), _LOCKED_BYTES)
-        del view
-    finally:
-        memory.close()
-    return facts
+    """Whether this process's memory can be locked, why not, and how much may be [bytes]."""
+    reason = lock_memory()
+    if reason is None:
+        unlock_memory()
+    return {"allowed": reason is None, "reason": reason, "limit_bytes": _limit("RLIMIT_MEMLOCK")}
 
 
 def _processor():
@@ -120,7 +87,7 @@ def _jit_cache():
 
     folder = pathlib.Path(cache_folder())
     parent = next(p for p in (folder, *folder.parents) if p.exists())
-    files = list(folder.rglob("process.callback-*.nbc"))
+    files = list(folder.rglob("callback.callback-*.nbc"))
     return {"folder": str(folder), "warm": bool(files), "writable": os.access(parent, os.W_OK)}
 
 
