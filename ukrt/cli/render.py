@@ -1,4 +1,4 @@
-"""``ukrt render``: a MIDI file becomes an audio file."""
+"""``ukrt render``: a MIDI file becomes an audio file; a take becomes exactly what was heard when it was played."""
 
 import json
 import os
@@ -27,13 +27,20 @@ examples:
   ukrt render song.mid --preset drop-d --set pluck.place=0.8
   ukrt render song.mid --signal strings --bits 32f -o strings.wav
   ukrt render song.mid --report song.json         which string and fret each note took
+  ukrt render take.mid -o heard.wav               a take of `ukrt play --record`, bit for bit as it was played
+  ukrt render take.mid --set pluck.place=0.9      its messages on another guitar, as any MIDI file
 """
+TAIL_DB = -60.0
+
+
+class _Unchosen(str):
+    """A default that can be told from the same word given by hand."""
 
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
     parser = add_command(commands, "render", "turn a MIDI file into an audio file", _EPILOG)
-    parser.add_argument("midi", metavar="IN.mid", help="MIDI file, format 0, 1 or 2")
+    parser.add_argument("midi", metavar="IN.mid", help="MIDI file, format 0, 1 or 2, or a take")
     parser.add_argument(
         "-o",
         "--output",
@@ -41,16 +48,17 @@ def add_parser(commands):
         help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it)",
     )
     add_guitar_options(parser)
-    add_rate_option(parser, 48000, "default: %(default)s")
+    parser.set_defaults(preset=_Unchosen("classical"))
+    add_rate_option(parser, None, "default: 48000; a take's own")
     add_block_option(parser, 512, "default: %(default)s")
     parser.add_argument(
-        "--bits", choices=("16", "24", "32f"), default="24", help="sample format, 32f is float (default: %(default)s)"
+        "--bits", choices=("16", "24", "32f"), help="sample format, 32f is float (default: 24; a take's 32f in a .wav)"
     )
     parser.add_argument(
         "--signal",
         choices=("pressure", "bridge-force", "strings"),
-        default="pressure",
-        help="stereo sound, the force on the bridge, or each string's share of it in a channel (default: %(default)s)",
+        help="stereo sound, the force on the bridge, or each string's share of it in a channel (default: pressure; a "
+        "take's own)",
     )
     parser.add_argument(
         "--gain",
@@ -63,7 +71,7 @@ def add_parser(commands):
     parser.add_argument(
         "--tail-db",
         type=number("dB", -200, -1),
-        default=-60.0,
+        default=TAIL_DB,
         metavar="DB",
         help="end when this little energy is left after the last event, 30 s after it at most (default: %(default)g)",
     )
@@ -81,20 +89,32 @@ def add_parser(commands):
 
 def run(args):
     """Render and tell what came of it."""
+    from ..drivers.take_reader import is_take
+
     target, report_path = _target(args), _report_path(args)
-    guitar = load_guitar(args)
+    report = _render_take(args, target) if is_take(args.midi) else _render(args, target, load_guitar(args))
+    if report_path:
+        _write_report(report_path, report)
+    for warning in report["warnings"]:
+        say(f"{args.midi}: {warning}")
+    print(_summary(target, report))
+    return 0
+
+
+def _render(args, target, guitar, rate=48000, signal="pressure"):
+    """Render a MIDI file; returns the report."""
     from ..render import render_file
 
     with _progress() as progress:
-        report = render_file(
+        return render_file(
             args.midi,
             target,
             guitar,
-            bits=args.bits,
+            bits=args.bits or "24",
             overwrite=args.force or args.output is not None,
-            sample_rate=args.rate,
+            sample_rate=args.rate or rate,
             block_size=args.block,
-            signal=args.signal,
+            signal=args.signal or signal,
             gain_db=args.gain,
             normalize=args.normalize,
             tail_db=args.tail_db,
@@ -102,12 +122,52 @@ def run(args):
             progress=progress,
             engine_factory=make_engine,
         )
-    if report_path:
-        _write_report(report_path, report)
-    for warning in report["warnings"]:
-        say(f"{args.midi}: {warning}")
-    print(_summary(target, report))
-    return 0
+
+
+def _render_take(args, target):
+    """Render a take as it was played, or its messages in another way where that is asked for; returns the report."""
+    from ..drivers.take_reader import read_take
+
+    take = read_take(args.midi)
+    if other := _other_than(args, take):
+        say(f"{args.midi}: with {', '.join(other)} the take is rendered like any MIDI file, not bit for bit as played")
+        return _render(args, target, _guitar_of(args, take), round(take.sample_rate), take.signal)
+    from ..drivers.replay_files import render_take
+
+    with _progress() as progress:
+        return render_take(
+            args.midi,
+            target,
+            bits=args.bits or ("24" if target.suffix.lower() == ".flac" else "32f"),
+            overwrite=args.force or args.output is not None,
+            block_size=args.block,
+            max_minutes=args.max_minutes,
+            progress=progress,
+            engine_factory=make_engine,
+        )
+
+
+def _other_than(args, take):
+    """The options that ask for something else than was played (list of str)."""
+    wanted = {
+        "--preset": not isinstance(args.preset, _Unchosen),
+        "--set": bool(args.overrides),
+        "--rate": args.rate not in (None, take.sample_rate),
+        "--signal": args.signal not in (None, take.signal),
+        "--gain": args.gain != 0.0,
+        "--normalize": args.normalize,
+        "--tail-db": args.tail_db != TAIL_DB,
+    }
+    return [option for option, is_other in wanted.items() if is_other]
+
+
+def _guitar_of(args, take):
+    """The guitar of ``--preset``, else the take's own, with ``--set``."""
+    if not isinstance(args.preset, _Unchosen):
+        return load_guitar(args)
+    from ..model.presets import parse_preset
+
+    return parse_preset(take.presets[0], f"{args.midi}: its preset", dict(args.overrides))
 
 
 def _target(args):
@@ -177,6 +237,10 @@ def _summary(target, report):
     ]
     if speed is not None:
         lines.append(f"  times real time {speed:.1f}")
+    if len(report.get("files", ())) > 1:
+        lines.append(f"  goes on in      {', '.join(report['files'][1:])}, at other sample rates")
+    if "recorded_with" in report and report["bits"] == "32f" and not report["warnings"]:
+        lines.append("  take            bit for bit as it was played")
     if report["clipped_samples"]:
         lines.append(
             f"  clipped         {report['clipped_samples']} samples beyond full scale; lower --gain, or --bits 32f"
