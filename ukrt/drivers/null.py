@@ -53,7 +53,7 @@ class NullOutput:
         self._engine = engine
         self._callback = CALLBACK(engine.callback_address)
         self._block = np.zeros((self.block_size, engine.channels), np.float32)
-        self.refresh()
+        self._set_rate(engine.sample_rate)
         self._file = None if silent else _open_file(self.path, self.sample_rate, engine.channels)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ukrt-null-output", daemon=True)
@@ -72,8 +72,10 @@ class NullOutput:
         return self.late_blocks
 
     def refresh(self):
-        """Take over the engine's sample rate, which a change of the instrument may have changed."""
-        self.sample_rate = float(self._engine.sample_rate)
+        """Nothing to do: this output shares the engine's memory and reads it anew at every block."""
+
+    def _set_rate(self, sample_rate):
+        self.sample_rate = float(sample_rate)
         self.latency = self.block_size / self.sample_rate
 
     def close(self):
@@ -87,12 +89,13 @@ class NullOutput:
 
     def _run(self):
         out, userdata = self._block.ctypes.data, self._engine.userdata_address
-        rate, began, blocks = self.sample_rate, time.perf_counter(), 0
+        began, blocks = time.perf_counter(), 0
         while not self._stop.is_set():
-            if rate != self.sample_rate:  # count from here on at the new rate
-                rate, began, blocks = self.sample_rate, time.perf_counter(), 0
+            if self._engine.sample_rate != self.sample_rate:  # another instance plays: count from here at its rate
+                self._set_rate(self._engine.sample_rate)
+                began, blocks = time.perf_counter(), 0
             # From the start, not from the block before: adding periods would let the rounding add up to a drift.
-            wait = began + blocks * self.block_size / rate - time.perf_counter()
+            wait = began + blocks * self.latency - time.perf_counter()
             if wait > 0:
                 time.sleep(wait)
             elif wait < -self.latency:

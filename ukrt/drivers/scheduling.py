@@ -11,7 +11,7 @@ import platform
 
 PRIORITY = 60  # a choice: above Linux's threaded interrupts (50), below what sound servers take for themselves (65-88)
 _CAP_IPC_LOCK, _CAP_SYS_NICE = 14, 23  # linux/capability.h
-_MCL_CURRENT, _MCL_FUTURE = 1, 2  # Linux's on all but a few old machines, FreeBSD's and macOS's
+_MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4  # sys/mman.h of Linux on all but a few old machines
 _ALLOW = (
     "add the lines '@audio - rtprio 95' and '@audio - memlock unlimited' to /etc/security/limits.d/audio.conf, join"
     " the group audio and log in again"
@@ -51,7 +51,10 @@ def raise_thread(thread, priority=PRIORITY):
 
 
 def lock_memory():
-    """Keep this process's memory, now and later, from being paged out.
+    """Keep this process's memory from being paged out; what it gets from now on is there before it is used.
+
+    What it has already and never used, such as the greater part of every library, stays where it is: call this before
+    the arrays that matter are made or attached.
 
     Returns
     -------
@@ -65,7 +68,8 @@ def lock_memory():
     if limit >= 0 and not _has_capability(_CAP_IPC_LOCK):
         # Locking the future under a limit would let ordinary allocations fail once it is reached: all or nothing.
         return f"the engine's memory is not locked: the limit is {limit // 1024} KiB, no limit is needed; {_advice()}"
-    if lock(_MCL_CURRENT | _MCL_FUTURE) != 0:
+    present = _MCL_CURRENT | (_MCL_ONFAULT if platform.system() == "Linux" else 0)
+    if lock(present) != 0 or lock(_MCL_FUTURE) != 0:
         return f"the engine's memory is not locked: {os.strerror(ctypes.get_errno())}; {_advice()}"
     return None
 
