@@ -3,7 +3,8 @@
 New bytes enter, a file leaves that any reader understands, also if this process is killed between any two of its
 writes: what is new is written behind the file's old end first; then the few bytes that let it count. In a take those
 are the old end of the track, which the first of the new bytes overwrite; in a WAV file they are the header's lengths.
-A disk that runs full fails in the first of these steps, after which the file is cut back to what it held before.
+Such bytes never stand on both sides of a page boundary, because there a write can be interrupted. A disk that runs full
+fails in the first of these steps, after which the file is cut back to what it held before.
 
 WAV files are written here byte by byte: libsndfile can bring a header up to date while it writes
 (SFC_UPDATE_HEADER_NOW), but python-soundfile has no public way to ask for it, and hides how many bytes a failed write
@@ -16,8 +17,10 @@ import struct
 
 import numpy as np
 
-from ukrt.drivers.take import Encoder, describe, file_head, ticks_and_tempo
+from ukrt.drivers.take import Encoder, describe, file_head, text, ticks_and_tempo
 
+PAGE = 4096  # what systems write at once; larger pages are multiples of it
+END_BYTES = 7  # of the longest end of a track: a delta of four bytes and the event
 LENGTH_AT = 18  # where the length of a take's track stands
 WAV_MAX_BYTES = 2**32 - 2**16  # RIFF counts bytes in 32 bits; the rest is for the header
 WAV_HEADER = struct.Struct("<4sI4s4sIHHIIHHH4sII4sI")
@@ -79,6 +82,7 @@ class GrowingTake(_File):
         division, _ = ticks_and_tempo(sound.sample_rate)
         self._encoder = Encoder(division)
         head = self._encoder.head(sound, describe(sound, signal, channels, settings, division))
+        head += _padding(len(file_head(division, 0)) + len(head))
         end = self._encoder.end(0)
         start = file_head(division, len(head) + len(end))
         super().__init__(path)
@@ -110,6 +114,8 @@ class GrowingTake(_File):
             data = encoder.lost(self.frames, lost) if lost else b""
             data += b"".join([encoder.entry(frame, word, sounds) for frame, word in entries])
             data += encoder.bridge(frames)
+            if data:
+                data += _padding(self._at + len(data))
             self._commit(data, encoder.end(frames))
         except BaseException:
             encoder.frame = before
@@ -133,6 +139,12 @@ class GrowingTake(_File):
         self._at, self._end = self._at + len(data), end
         if len(new) < old:
             self._cut(self._at + len(end))
+
+
+def _padding(at):
+    """An empty text where the end of a track at byte ``at`` could reach over a page boundary; nothing elsewhere."""
+    left = PAGE - at % PAGE
+    return b"\0" + text(" " * max(left - 4, 0)) if left < END_BYTES else b""
 
 
 class GrowingWav(_File):

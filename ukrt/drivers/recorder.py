@@ -131,9 +131,16 @@ class Recorder:
                 self._guard("_take", lambda: self._take.append(entries.tolist(), frame, self._sounds.get, lost))
             if self._wav is not None:
                 self._guard("_wav", lambda: self._extend_wav(frame))
-            if len(entries):
-                for follower in self._followers:
-                    follower(entries)
+        if len(entries):
+            self._tell_followers(entries)
+
+    def _tell_followers(self, entries):
+        for follower in list(self._followers):
+            try:
+                follower(entries)
+            except Exception as error:  # its fault, not ours: what is played must be kept whatever others do
+                self._followers.remove(follower)
+                self._news.append(f"{follower!r} failed and hears no more of what acts: {error!r}")
 
     def _new_entries(self, frame):
         """The journal's entries before ``frame``, and how many were lost; those of later frames wait."""
