@@ -16,10 +16,10 @@ def start_ukrt(tmp_path):
     """Starts ``ukrt`` in a process of its own, in an empty folder and without a terminal."""
     started = []
 
-    def start(*arguments, environment=os.environ):
+    def start(*arguments, environment=os.environ, program=("-m", "ukrt")):
         path = os.pathsep.join(filter(None, [str(ROOT), environment.get("PYTHONPATH")]))
         process = subprocess.Popen(
-            [sys.executable, "-m", "ukrt", *map(str, arguments)],
+            [sys.executable, *program, *map(str, arguments)],
             cwd=tmp_path,
             env={**environment, "PYTHONPATH": path},
             stdin=subprocess.DEVNULL,

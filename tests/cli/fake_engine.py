@@ -33,17 +33,3 @@ class FakeEngine:
             return False
         self.sent.append((frame, status, data1, data2))
         return True
-
-
-class FakeInput:
-    """A MIDI input that is told what arrives."""
-
-    def __init__(self):
-        self.waiting, self.closed = [], False
-
-    def poll(self):
-        taken, self.waiting = self.waiting, []
-        return taken
-
-    def close(self):
-        self.closed = True

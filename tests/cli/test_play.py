@@ -1,47 +1,89 @@
-"""``ukrt play`` without devices: a piece through the null output, its end, its interruption, its summary."""
+"""``ukrt play`` on the null output: pieces, recordings, reports, guitars that change, devices that go, signals."""
 
+import json
 import pathlib
-import re
 import signal
+import subprocess
+import sys
+import threading
 import time
 
+import mido
 import numpy as np
 import pytest
 import soundfile
 
 import ukrt.cli.play
+from ukrt.cli import play_parts
 from ukrt.cli.main import main
+from ukrt.cli.play_parts import Way, bundled_piece
 from ukrt.drivers.midi_file import load_midi_file
+from ukrt.drivers.null import NullOutput
+from ukrt.errors import DeviceError
+
+NULL = ("--driver", "null", "--midi-in", "none")
 
 
 @pytest.fixture(autouse=True)
-def short_tail(monkeypatch):
+def quick(monkeypatch, tmp_path):
     """Open strings ring for many seconds, in which nothing new would be seen."""
     monkeypatch.setattr(ukrt.cli.play, "_TAIL_SECONDS", 0.2)
-
-
-def recording(folder):
-    (path,) = folder.glob("ukrt-play-*.wav")
-    return path
-
-
-def test_a_piece_is_played_on_the_null_output_and_kept(capsys, tmp_path, monkeypatch, piece):
     monkeypatch.chdir(tmp_path)
-    assert main(["play", str(piece), "--audio-out", "null", "--midi-in", "none", "--block", "256"]) == 0
+
+
+@pytest.fixture
+def play(tmp_path):
+    """Runs ``ukrt play`` with a recording and a report, checks that the take gives the same bits; gives the report."""
+
+    def run(*arguments, code=0):
+        files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
+        assert main(["play", *map(str, arguments), *files]) == code
+        assert_take_is_what_was_heard(tmp_path)
+        return json.loads((tmp_path / "report.json").read_text())
+
+    return run
+
+
+def assert_take_is_what_was_heard(folder):
+    """Renders the take and compares with the recording, bit for bit."""
+    assert main(["render", str(folder / "take.mid"), "-o", str(folder / "again.wav")]) == 0
+    heard, rate = soundfile.read(folder / "heard.wav", dtype="float32", always_2d=True)
+    again, again_rate = soundfile.read(folder / "again.wav", dtype="float32", always_2d=True)
+    assert rate == again_rate == 48000 and heard.shape == again.shape and np.array_equal(heard, again)
+    assert len(heard) > 4800 and np.abs(heard).max() > 0.001
+    assert list(folder.glob(".*.part")) == []
+
+
+def texts(report):
+    """The news of a report, one after another."""
+    times = [news["seconds"] for news in report["news"]]
+    assert times == sorted(times)
+    return " | ".join(news["text"] for news in report["news"])
+
+
+def test_a_piece_is_played_kept_and_reported(play, piece, capsys):
+    report = play(piece, *NULL, "--block", 256)
     out, err = capsys.readouterr()
-    heard = recording(tmp_path)
-    assert "null output" in err and heard.name in err
-    assert re.search(r"blocks +\d+", out) and "load" in out and heard.name in out
-    samples, rate = soundfile.read(heard, always_2d=True)
-    assert rate == 48000 and samples.shape[1] == 2
-    assert 0.001 < np.abs(samples).max() < 1.0
+    assert "blocks   " in out and "notes    2, dropped 0" in out and "recorded take.mid" in out
+    assert "null output" in err and err.count("\n") == 1 and "Traceback" not in err
+    counters = report["counters"]
+    assert (counters["notes_on"], counters["midi_received"], counters["late_messages"]) == (2, 4, 0)
+    assert report["ended"] == "the piece is over" and report["seconds"] > 0.5
+    load = report["load"]
+    assert 0 < load["p50"] <= load["p99"] <= load["p99_9"] <= load["max"]
+    assert sum(blocks for _, blocks in report["load_histogram"]) == counters["blocks"]
+    assert report["block_size"] == 256 and report["session"]["output"] == "the null output"
+    assert set(report["flags"]) == {"underflows", "overflows", "input_underflows", "input_overflows", "priming"}
+    assert report["recorded"]["files"] == ["take.mid", "heard.wav"] and report["settings"]["limiter"] is True
+    assert report["recorded"]["take_frames"] == report["recorded"]["sound_frames"] == counters["frames"]
+    assert {"numba", "numpy", "python"} <= set(report["versions"]) and report["options"]["driver"] == "null"
+    assert report["reconnections"] == report["xruns"] - report["session"]["xruns"] == 0
 
 
-def test_what_was_played_is_what_would_be_rendered(tmp_path, monkeypatch, piece):
-    """The live path, its thread and its clock add nothing but a delay of whole frames."""
-    monkeypatch.chdir(tmp_path)
-    assert main(["play", str(piece), "--audio-out", "null", "--midi-in", "none"]) == 0
-    played, _ = soundfile.read(recording(tmp_path), always_2d=True, dtype="float64")
+def test_what_was_played_is_what_would_be_rendered(tmp_path, piece):
+    """The live path, its thread and its clock add nothing but a delay of whole frames, where nothing is limited."""
+    assert main(["play", str(piece), *NULL, "--no-limiter", "--record-audio", "heard.wav"]) == 0
+    played, _ = soundfile.read(tmp_path / "heard.wav", always_2d=True, dtype="float64")
     rendered, _ = ukrt.render(piece)
     rendered = rendered[: int(0.5 * 48000)]
     start = np.flatnonzero(np.abs(played).max(axis=1) > 0)[0] - np.flatnonzero(np.abs(rendered).max(axis=1) > 0)[0]
@@ -53,23 +95,182 @@ def test_what_was_played_is_what_would_be_rendered(tmp_path, monkeypatch, piece)
     assert best < 1e-6 * max(1.0, np.abs(rendered).max())  # float32 of the live path
 
 
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
-def test_interruption_ends_with_a_summary(tmp_path, start_ukrt, sign):
-    playing = start_ukrt("play", "--audio-out", "null", "--midi-in", "none")
-    while "bundled piece" not in (line := playing.stderr.readline()):
+def test_a_loop_goes_on_until_the_time_is_over(play, piece):
+    report = play(piece, *NULL, "--loop", "--seconds", 2.2)
+    assert report["ended"] == "2.2 s are over" and 2.2 <= report["seconds"] < 3.5
+    assert report["counters"]["notes_on"] >= 6
+
+
+def test_knobs_reach_the_engine(play, piece):
+    report = play(piece, *NULL, "--no-limiter", "--no-shedding", "--rate", 48000, "--set", "pluck.place=0.8")
+    assert report["settings"]["limiter"] is False and report["options"]["overrides"] == [["pluck.place", "0.8"]]
+
+
+def test_without_a_sound_card_the_sound_goes_into_a_file(tmp_path, piece, monkeypatch, capsys):
+    def nothing_there(args):
+        raise DeviceError("no sound card was found")
+
+    monkeypatch.setattr(play_parts, "_portaudio", nothing_there)
+    assert main(["play", str(piece)]) == 0
+    (heard,) = tmp_path.glob("ukrt-play-*.wav")
+    out, err = capsys.readouterr()
+    assert "no sound card was found" in err and heard.name in err and f"recorded {heard}" in out
+    samples, _ = soundfile.read(heard)
+    assert np.abs(samples).max() > 0.001
+    for words in (("--driver", "portaudio"), ("--audio-out", "loud"), ("--latency", "low")):
+        assert main(["play", str(piece), *words]) == 2, "who names a card does not want a file"
+
+
+def test_programs_of_a_piece_choose_among_the_presets(play, tmp_path):
+    file = mido.MidiFile(ticks_per_beat=480)
+    file.tracks.append(track := mido.MidiTrack())
+    for message in (
+        mido.Message("note_on", note=52, velocity=90),
+        mido.Message("program_change", program=7, time=240),
+        mido.Message("program_change", program=1, time=0),
+        mido.Message("note_on", note=64, velocity=90, time=1440),
+        mido.Message("program_change", program=0, time=0),
+        mido.Message("note_on", note=55, velocity=90, time=1440),
+    ):
+        track.append(message)
+    file.save(tmp_path / "programs.mid")
+    report = play("programs.mid", *NULL, "--preset", "classical", "--preset", "drop-d")
+    words = texts(report)
+    at = [words.index(w) for w in ("program 1: drop-d", "now drop-d", "program 0: classical", "now classical")]
+    assert at == sorted(at) and "program 7" not in words
+    assert report["counters"]["swaps"] == report["session"]["changes"] == 2 and report["guitar"] == "classical"
+    assert report["counters"]["notes_dropped"] == 0
+
+
+def test_a_preset_file_is_followed_while_it_is_played(play, piece, tmp_path):
+    mine = tmp_path / "mine.toml"
+    versions = ["[pluck]\nplace = 0.8\n", "[pluck]\nplace = 8\n", "[pluck]\nplace = 0.85\n"]
+
+    def write(version):
+        mine.write_text('base = "classical"\n' + versions[version], encoding="utf-8")
+
+    write(0)
+    timers = [threading.Timer(seconds, write, [k]) for seconds, k in ((0.7, 1), (2.4, 2))]
+    for timer in timers:
+        timer.start()
+    report = play(piece, *NULL, "--loop", "--preset", mine, "--seconds", 4)
+    words = texts(report)
+    at = [words.index(w) for w in ("pluck.place", "plays on", "mine.toml has changed", "the guitar is now")]
+    assert at == sorted(at) and words.count("plays on") == 1 and report["counters"]["swaps"] == 1
+
+
+class Vanishing(NullOutput):
+    """An output that ends by itself after half a second."""
+
+    def __init__(self, engine):
+        super().__init__(engine, 128, silent=True)
+        self.name = "the card"
+
+    def start(self):
+        super().start()
+        threading.Timer(0.5, self._stop.set).start()
+
+
+@pytest.mark.parametrize("comes_back", [True, False])
+def test_an_output_that_goes_is_replaced_and_told_at_the_end(play, piece, monkeypatch, capsys, comes_back):
+    opened = []
+
+    def open_output(engine):
+        opened.append(engine)
+        if len(opened) == 1:
+            return Vanishing(engine)
+        if not comes_back:
+            raise DeviceError("the card is still not there")
+        return NullOutput(engine, 64, silent=True)
+
+    monkeypatch.setattr(ukrt.cli.play, "find_way", lambda args: Way("portaudio", 48000.0, open_output))
+    report = play(piece, "--midi-in", "none", "--loop", "--seconds", 2.5, code=0 if comes_back else 1)
+    words = texts(report)
+    assert "the card has ended" in words and report["reconnections"] == comes_back
+    assert ("null output is back" in words, "still not there" in words) == (comes_back, not comes_back)
+    assert report["counters"]["notes_on"] >= 6, "the piece goes on meanwhile"
+    assert ("while the output was away" in capsys.readouterr().err) == (not comes_back)
+
+
+def test_a_session_that_never_began_leaves_no_file(piece, tmp_path, monkeypatch, capsys):
+    def refuse(engine):
+        raise DeviceError("the card is taken")
+
+    monkeypatch.setattr(ukrt.cli.play, "find_way", lambda args: Way("portaudio", 48000.0, refuse))
+    files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
+    assert main(["play", str(piece), *files]) == 2
+    assert capsys.readouterr().err == "ukrt: the card is taken\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["piece.mid"]
+
+
+def wait_for_line(process, words):
+    while words not in (line := process.stderr.readline()):
         assert line, "ukrt play ended early"
+
+
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_tidily(tmp_path, start_ukrt, sign):
+    files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
+    playing = start_ukrt("play", *NULL, *files)
+    wait_for_line(playing, "bundled piece")
     time.sleep(1.0)
     playing.send_signal(sign)
     out, err = playing.communicate(timeout=20)
-    assert playing.returncode == 0 and "Traceback" not in err
-    assert re.search(r"blocks +\d+", out)
-    samples, _ = soundfile.read(recording(tmp_path))
-    assert len(samples) > 4800 and np.abs(samples).max() > 0.001
+    assert playing.returncode == 0 and err == "" and "blocks   " in out
+    assert json.loads((tmp_path / "report.json").read_text())["ended"] == "interrupted"
+    assert_take_is_what_was_heard(tmp_path)
+
+
+def test_the_second_signal_leaves_at_once_with_whole_files(tmp_path, start_ukrt):
+    """Here a device hangs when it is closed, as those of dead servers do."""
+    code = (
+        "import sys, time\n"
+        "from ukrt.drivers.null import NullOutput\n"
+        "from ukrt.cli.main import run\n"
+        "NullOutput.close = lambda self: (print('closing', file=sys.stderr, flush=True), time.sleep(60))\n"
+        "run()\n"
+    )
+    files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
+    playing = start_ukrt("play", *NULL, *files, program=("-c", code))
+    wait_for_line(playing, "bundled piece")
+    time.sleep(1.0)
+    playing.send_signal(signal.SIGINT)
+    wait_for_line(playing, "closing")
+    began = time.monotonic()
+    playing.send_signal(signal.SIGINT)
+    playing.communicate(timeout=20)
+    assert playing.returncode == 130 and time.monotonic() - began < 20
+    assert not (tmp_path / "report.json").exists()
+    assert_take_is_what_was_heard(tmp_path)
+
+
+def test_the_status_line_is_for_terminals(tmp_path, piece):
+    """On a terminal of 80 columns the line is there, and gone at the end."""
+    pty = pytest.importorskip("pty")
+    import os
+
+    parent, child = pty.openpty()
+    command = [sys.executable, "-m", "ukrt", "play", str(piece), *NULL, "--seconds", "1.5"]
+    environment = {**os.environ, "PYTHONPATH": str(pathlib.Path(ukrt.__file__).parents[1]), "TERM": "xterm"}
+    environment["COLUMNS"] = "80"
+    with subprocess.Popen(command, stderr=child, stdout=subprocess.PIPE, env=environment, text=True) as playing:
+        os.close(child)
+        shown = b""
+        while True:
+            try:
+                data = os.read(parent, 65536)
+            except OSError:  # the other end has been closed
+                break
+            if not data:
+                break
+            shown += data
+        assert "blocks   " in playing.stdout.read()
+    os.close(parent)
+    lines = [line for line in shown.decode().replace("\x1b[2K", "\r").split("\r") if "dB" in line or "█" in line]
+    assert playing.returncode == 0 and len(lines) >= 5 and "MIDI" in lines[-1]
 
 
 def test_the_bundled_piece_has_two_voices_and_a_minute():
-    from ukrt.cli.play import bundled_piece
-
     score = load_midi_file(bundled_piece())
     assert score.duration_s >= 60 and score.n_notes > 100 and score.warnings == ()
     assert pathlib.Path(bundled_piece()).is_relative_to(pathlib.Path(ukrt.__file__).parent)

@@ -1,53 +1,36 @@
 """``ukrt play``: a MIDI keyboard (or a MIDI file) plays the guitar through the sound card, live."""
 
+import contextlib
 import pathlib
+import queue
 import sys
 import time
 
-from ..errors import DeviceError
-from .common import (
-    add_block_option,
-    add_command,
-    add_guitar_options,
-    add_rate_option,
-    clock_time,
-    describe_notes,
-    load_guitar,
-    make_engine,
-    say,
+from ..errors import UkrtError
+from .common import add_command, say
+from .play_options import add_options, check_options
+from .play_parts import (
+    bundled_piece,
+    find_way,
+    load_piece,
+    make_live_engine,
+    make_player,
+    midi_sources,
+    wanted_inputs,
 )
 
-_EPILOG = """\
-Without a MIDI port the bundled piece is played once. Without a sound card the same engine runs on a clock, block by
-block, and what would have been heard is written to a WAV file in the current folder. Ctrl-C ends with a summary.
-
-examples:
-  ukrt play                                    first MIDI input, default audio output
-  ukrt play --list                             what there is to choose from
-  ukrt play --midi-in keystation --audio-out 3
-  ukrt play --preset drop-d --set pluck.place=0.85
-  ukrt play song.mid                           a MIDI file through the live path
-"""
 _TAIL_SECONDS = 8.0  # the most that is waited for a piece's last notes
-_LOOK_SECONDS = 1.0  # between two looks for a MIDI port
+_TURN_SECONDS = 0.05
+_SHOW_SECONDS = 0.1  # between two status lines
+_LOOK_SECONDS = 0.5  # between two looks at preset files
+_PORTS_SECONDS = 1.0  # between two questions what MIDI comes from
+_MIDI_SECONDS = 3.0  # the most that is waited for the MIDI inputs at the start
 
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    parser = add_command(commands, "play", "play the guitar live, from a MIDI keyboard or a MIDI file", _EPILOG)
-    parser.add_argument("piece", nargs="?", metavar="IN.mid", help="play this MIDI file, then end")
-    parser.add_argument(
-        "--midi-in", metavar="NAME", help="MIDI input by index or part of its name (none: no MIDI input)"
-    )
-    parser.add_argument(
-        "--audio-out",
-        metavar="NAME",
-        help="audio output by index or part of its name (null: no sound card, a WAV file instead)",
-    )
-    add_guitar_options(parser)
-    add_rate_option(parser, None, "default: 48000 where the sound card can, else the card's own")
-    add_block_option(parser, None, "default: 128; on JACK the server's")
-    parser.add_argument("--list", action="store_true", help="list audio outputs and MIDI inputs, and end")
+    parser = add_command(commands, "play", "play the guitar live, from a MIDI keyboard or a MIDI file", "")
+    add_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -58,158 +41,225 @@ def run(args):
 
         print_devices()
         return 0
-    from ..drivers import feeder, live
-    from ..drivers.midi_file import load_midi_file
+    check_options(args)
+    from .interrupts import Interrupts
+    from .preset_shelf import PresetShelf
+    from .status import StatusLine
 
-    guitar = load_guitar(args)
-    piece = load_midi_file(args.piece) if args.piece else None
-    device, port = _find_device(args), _find_port(args)
-    engine, output = _open_output(args, guitar, device)
-    midi_input = _open_port(port)
-    session = live.LiveSession(engine, output, feeder.Feeder(engine, midi_input))
-    failed = False
-    try:
-        with session:
-            say(f"{guitar.name} at {engine.sample_rate:.0f} Hz on {output.name}; Ctrl-C ends")
-            _perform(args, session, piece, listening=midi_input is not None)
-    except KeyboardInterrupt:
-        pass
-    except DeviceError as error:
-        say(error)
-        failed = True
-    print(_summary(session))
-    return 1 if failed else 0
+    shelf = PresetShelf(args.preset or ["classical"], dict(args.overrides))
+    score = load_piece(args)
+    with Interrupts() as interrupts, StatusLine(not args.quiet) as status:
+        return Evening(args, shelf, score, interrupts, status).play()
 
 
-def _find_device(args):
-    """The audio output that was asked for or is there; None for the null output."""
-    if args.audio_out == "null":
-        return None
-    from ..drivers import audio
+class Evening:
+    """One call of the command, from opening the devices to the report.
 
-    try:
-        device = audio.find_output(args.audio_out)
-    except DeviceError as error:
-        if args.audio_out is not None:
-            raise
-        say(error)  # PortAudio itself is missing: as good as no sound card
-        return None
-    if device is None:
-        say("no sound card found")
-    return device
+    Parameters
+    ----------
+    args : argparse.Namespace
+        Checked.
+    shelf : PresetShelf
+    score : Score or None
+    interrupts : Interrupts
+    status : StatusLine
+    """
 
+    def __init__(self, args, shelf, score, interrupts, status):
+        self._args, self._shelf, self._interrupts, self._status = args, shelf, interrupts, status
+        self._session, self._away = None, False
+        self._news = []  # (seconds, sentence)
+        self._programs = queue.SimpleQueue()
+        self._piece = score
+        self._demo = False  # whether the piece is the bundled one, for want of a keyboard
+        self._next_look = self._next_show = self._next_ports = 0.0
+        self._ports, self._state = 0, None
 
-def _find_port(args):
-    """The MIDI input that was asked for or is there; None without."""
-    if args.midi_in == "none" or (args.piece and args.midi_in is None):
-        return None
-    from ..drivers import midi_in
+    def play(self):
+        """Play; returns the exit code."""
+        from ..drivers.live import LiveSession
+        from ..drivers.recorder import Recorder
 
-    return midi_in.find_input(args.midi_in)
+        args, way = self._args, find_way(self._args)
+        self._engine = engine = make_live_engine(args, self._shelf.guitar, way.sample_rate)
+        self._guitar = engine.guitar
+        audio = args.record_audio
+        if way.fallback and audio is None:
+            from ..drivers.null import new_recording_path
 
+            audio = new_recording_path()
+            self._tell(f"{way.fallback}: playing on a clock instead; what would be heard goes to {audio}")
+        with contextlib.closing(engine):
+            sources = midi_sources(args, engine, way.driver)
+            self._recorder = recorder = Recorder(engine, args.record, audio)
+            self._interrupts.files.append(recorder.close)
+            recorder.follow(self._follow)
+            player = self._piece and make_player(args, engine, self._piece, lambda: self._session.output)
+            self._session = LiveSession(engine, lambda: way.open(engine), sources, player, [recorder])
+            try:
+                ended, code = self._perform(self._session)
+            finally:
+                self._discard_empty()
+            return self._conclude(ended, code)
 
-def _open_output(args, guitar, device):
-    """The engine at the output's rate, and the output."""
-    from ..drivers import audio, null
+    # While it plays --------------------------------------------------------------------------------------------------
+    def _perform(self, session):
+        """Open everything and play to the end; why it ended, and the exit code."""
+        from .gauge import Gauge
 
-    if device is None:
-        engine = _loud(make_engine(guitar, args.rate or 48000))
-        output = null.NullOutput(engine, args.block or 128)
-        say(f"playing on the null output, a clock instead of a sound card; what would be heard goes to {output.path}")
-        return engine, output
-    engine = _loud(make_engine(guitar, audio.choose_rate(device, args.rate)))
-    return engine, audio.AudioOutput(engine, device, args.block)
+        self._gauge = Gauge(self._engine)
+        try:
+            with session:
+                self._tell(
+                    f"{self._engine.guitar.name} at {self._engine.sample_rate:.0f} Hz on {session.output.name}; "
+                    "Ctrl-C ends"
+                )
+                self._find_something_to_play()
+                while (ended := self._over()) is None:
+                    self._turn()
+                    time.sleep(_TURN_SECONDS)
+        except KeyboardInterrupt:
+            if session.seconds == 0.0:
+                raise
+            ended = "interrupted"
+        self._take_news()
+        if self._away:
+            return f"{ended}, while the output was away", 1
+        return ended, 1 if session.player is not None and session.player.failure else 0
 
-
-def _loud(engine):
-    """The engine with the preset's gain on its way to the card."""
-    from ..units import db_to_gain
-
-    engine.output_gain = db_to_gain(engine.guitar.radiation.gain_db)
-    return engine
-
-
-def _open_port(port):
-    """The opened MIDI input; None without a port."""
-    if port is None:
-        return None
-    from ..drivers.midi_in import MidiInput
-
-    opened = MidiInput(port)
-    say(f"listening to {opened.name}")
-    return opened
-
-
-def _perform(args, session, piece, listening):
-    """What is to be heard: the piece that was named, else a keyboard, else the bundled piece and then a keyboard."""
-    if piece is None and listening:
-        while True:
-            _rest(session)
-    if piece is None:
-        path = bundled_piece()
+    def _find_something_to_play(self):
+        """Without a piece, without a keyboard and without a wish for one the bundled piece is played."""
+        args, session = self._args, self._session
+        if self._piece is not None or args.wait_for_midi or args.midi_virtual or args.driver == "jack":
+            return
+        if wanted_inputs(args):
+            return
+        for source in session.midi_sources:
+            source.wait_ready(_MIDI_SECONDS)
+        self._turn()
+        if any(source.ports() for source in session.midi_sources):
+            return
         from ..drivers.midi_file import load_midi_file
 
-        piece = load_midi_file(path)
-        say(f"no MIDI input; playing the bundled piece, {piece.title or path.stem}")
-    _play_piece(session, piece)
-    if args.piece or args.midi_in == "none" or not sys.stdin.isatty():
-        return
-    say("waiting for a MIDI input to be plugged in; Ctrl-C ends")
-    session.feeder.listen(_open_port(_wait_for_port(session)))
-    while True:
-        _rest(session)
+        path = bundled_piece()
+        self._piece, self._demo = load_midi_file(path), True
+        session.player = make_player(args, self._engine, self._piece, None)
+        session.player.start()
+        self._tell(f"no MIDI input; playing the bundled piece, {self._piece.title or path.stem}")
 
+    def _turn(self):
+        """Look after everything once."""
+        now, session = time.monotonic(), self._session
+        self._interrupts.check()
+        session.tend()
+        self._take_news()
+        self._choose_program()
+        if now >= self._next_look:
+            self._next_look = now + _LOOK_SECONDS
+            for sentence in self._shelf.look():
+                self._tell(sentence)
+        if self._shelf.guitar != self._guitar:
+            self._guitar = self._shelf.guitar
+            session.change_preset(self._guitar)
+        if now >= self._next_show:
+            self._next_show = now + _SHOW_SECONDS
+            self._show(now)
 
-def _play_piece(session, piece):
-    session.feeder.play(piece)
-    while not session.feeder.piece_over:
-        _rest(session)
-        session.sounding()
-    ends = time.monotonic() + _TAIL_SECONDS
-    while session.sounding() and time.monotonic() < ends:
-        _rest(session)
+    def _show(self, now):
+        session, player = self._session, self._session.player
+        self._state = session.state()
+        self._away = session.away
+        if not self._status.shown:
+            return
+        moment = self._gauge.moment(self._state)
+        if now >= self._next_ports:
+            self._next_ports = now + _PORTS_SECONDS
+            self._ports = sum(len(source.ports()) for source in session.midi_sources) + self._jack_sources()
+        moment.ports = self._ports
+        recorded = self._recorder.counts()
+        if recorded["files"]:
+            moment.recording_s = max(recorded["take_frames"], recorded["sound_frames"]) / self._engine.sample_rate
+        if player is not None:
+            moment.piece_s, moment.piece_of_s = player.position_s, self._piece.duration_s
+        self._status.show(moment)
 
+    def _jack_sources(self):
+        ports = getattr(self._session.output, "ports", dict)()
+        return sum(len(others) for name, others in ports.items() if name.startswith("midi"))
 
-def _wait_for_port(session):
-    from ..drivers.midi_in import find_input
+    def _take_news(self):
+        session = self._session
+        for sentence in getattr(session.output, "tend", list)() + session.news():
+            self._tell(sentence)
 
-    while (port := find_input()) is None:
-        looked = time.monotonic()
-        while time.monotonic() - looked < _LOOK_SECONDS:
-            _rest(session)
-    return port
+    def _tell(self, sentence):
+        self._news.append((self._session.seconds if self._session else 0.0, sentence))
+        self._status.say(sentence)
 
+    def _follow(self, entries):
+        """Program changes among what has acted on the engine; called by the recorder's thread."""
+        from ..engine.stage_layout import KIND_MIDI, KIND_SHIFT
 
-def _rest(session):
-    time.sleep(0.1)
-    session.check()
+        words = entries[:, 1]
+        for word in words[(words >> KIND_SHIFT == KIND_MIDI) & (words >> 16 & 0xF0 == 0xC0)].tolist():
+            self._programs.put(word >> 8 & 0x7F)
 
+    def _choose_program(self):
+        """The last program that was asked for counts."""
+        number = None
+        with contextlib.suppress(queue.Empty):
+            while True:
+                number = self._programs.get_nowait()
+        if number is not None and self._shelf.choose(number):
+            self._tell(f"program {number}: {self._shelf.names[number]}")
 
-def _summary(session):
-    """What was played and how well, in words."""
-    from ..drivers.live import load_quantile
+    def _over(self):
+        """Why it is over, None if it is not."""
+        args, session = self._args, self._session
+        if args.seconds is not None and session.seconds >= args.seconds:
+            return f"{args.seconds:g} s are over"
+        player = session.player
+        if player is None:
+            return None
+        if player.failure is not None:
+            return "the piece could not be played on"
+        sounds = session.sounding()
+        if not player.over:
+            self._tail_ends = time.monotonic() + _TAIL_SECONDS
+            return None
+        if sounds and time.monotonic() < self._tail_ends:
+            return None
+        if self._demo and args.midi_in != ["none"] and (self._any_ports() or sys.stdin.isatty()):
+            self._tell("the bundled piece is over; waiting for a MIDI input, Ctrl-C ends")
+            session.player, self._piece = None, None
+            player.close()
+            return None
+        return "the piece is over"
 
-    counters = session.engine.counters()
-    loads = counters["load_histogram"]
-    median, worst = (load_quantile(loads, share) for share in (0.5, 1.0))
-    blocks = f"{counters['blocks']} in {clock_time(session.seconds)}, xruns {session.xruns()}"
-    if median is not None:
-        blocks += f", load median {100 * median:.1f} %, worst {100 * worst:.1f} %"
-    lines = [
-        f"blocks   {blocks}",
-        f"notes    {describe_notes(counters)}",
-        f"messages {counters['midi_received']}, too late {counters['late_messages']}, lost {counters['midi_dropped']}",
-    ]
-    if counters["clipped_samples"]:
-        lines.append(f"clipped  {counters['clipped_samples']} samples; lower the gain with --set radiation.gain_db=...")
-    if counters["nonfinite_resets"]:
-        lines.append(f"restarts {counters['nonfinite_resets']} times, after something that was not a number")
-    if path := getattr(session.output, "path", None):
-        lines.append(f"recorded {path}")
-    return "\n".join(lines)
+    def _any_ports(self):
+        return any(source.ports() for source in self._session.midi_sources)
 
+    # Afterwards ------------------------------------------------------------------------------------------------------
+    def _discard_empty(self):
+        """Remove files of a session that never came to its first frame."""
+        if self._session.seconds == 0.0:
+            for path in self._recorder.counts()["files"]:
+                pathlib.Path(path).unlink(missing_ok=True)
 
-def bundled_piece():
-    """The demonstration piece that comes with the package (Path)."""
-    folder = pathlib.Path(__file__).resolve().parents[1] / "data"
-    return sorted(folder.glob("*.mid"))[0]
+    def _conclude(self, ended, code):
+        from .play_report import make_report, summary
+        from .report import write_report
+
+        self._status.__exit__()
+        state = self._state or {}
+        report = make_report(self._session, state, self._recorder, self._shelf, ended, self._news, self._args)
+        print(summary(report), flush=True)
+        if code:
+            say(ended)
+        if self._args.report:
+            try:
+                write_report(self._args.report, report)
+            except UkrtError as error:
+                say(error)
+                return 1
+        return code

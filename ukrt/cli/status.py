@@ -89,14 +89,10 @@ def compose(moment, width, signs=SIGNS):
     """The line (rich.text.Text) of at most ``width`` cells."""
     from rich.text import Text
 
-    forms = {name: list(part) for name, part in _parts(moment, signs).items() if part}
-    for name in ("", *_SACRIFICES):
-        if len(forms.get(name, ())) > 1:
-            forms[name].pop(0)
-        line = {name: form[0] for name, form in forms.items() if form[0]}
-        bar = width - sum(map(_length, line.values())) - len(_GAP) * (len(line) - 1) - 1
-        if bar >= _SHORTEST_BAR:
-            break
+    parts = {name: forms for name, forms in _parts(moment, signs).items() if forms}
+    cuts = _cuts(parts, width)
+    line = {name: words for name, forms in parts.items() if (words := forms[cuts[name]])}
+    bar = max(0, min(_room(line.values(), width), _LONGEST_BAR))
     text = Text(no_wrap=True, overflow="crop", end="")
     for name, words in line.items():
         text.append(_GAP if text else "")
@@ -104,15 +100,37 @@ def compose(moment, width, signs=SIGNS):
             text.append(piece, style)
         if name == "level":
             text.append(" ")
-            _append_bar(text, moment.peak_db, max(0, min(bar, _LONGEST_BAR)), signs)
+            _append_bar(text, moment.peak_db, bar, signs)
     text.truncate(width)
     return text
 
 
-def _length(words):
+def _cuts(parts, width):
+    """Which form of each part to take so that the line fits (dict of int)."""
+    cuts = dict.fromkeys(parts, 0)
+
+    def fits():
+        return _room([forms[cuts[name]] for name, forms in parts.items()], width) >= _SHORTEST_BAR
+
+    made = []
+    for name in _SACRIFICES:
+        if fits():
+            break
+        if cuts.get(name, -1) + 1 in range(len(parts.get(name, ()))):
+            cuts[name] += 1
+            made.append(name)
+    for name in made:  # a large cut may have made an earlier one needless
+        cuts[name] -= 1
+        cuts[name] += not fits()
+    return cuts
+
+
+def _room(line, width):
+    """Cells that are left for the bar."""
     from rich.cells import cell_len
 
-    return sum(cell_len(text) for text, _ in words)
+    line = [words for words in line if words]
+    return width - 1 - len(_GAP) * (len(line) - 1) - sum(cell_len(text) for words in line for text, _ in words)
 
 
 def _parts(moment, signs):
@@ -164,11 +182,9 @@ def _counts(m):
 
 
 def _midi(m):
-    if not m.ports and not m.messages_per_s:
-        return [[("no MIDI", "dim")], []]
     speed = f"{m.messages_per_s:3.0f}/s"
-    ports = f"{m.ports} in, " if m.ports != 1 else ""
-    return [[("MIDI ", "dim"), (f"{ports}{speed}", "")], [("MIDI ", "dim"), (speed, "")], []]
+    ports = f"{m.ports} in" if m.ports else "none"
+    return [[("MIDI ", "dim"), (f"{ports}, {speed}", "")], [("MIDI ", "dim"), (speed, "")], []]
 
 
 def _limiter(db):
