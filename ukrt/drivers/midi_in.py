@@ -1,44 +1,25 @@
-"""MIDI inputs through RtMidi: a port enters, the messages that have arrived leave when asked for.
+"""The MIDI inputs there are, for people to choose from: a wish enters, one of them leaves."""
 
-RtMidi's queue is polled and never its Python callback used: on JACK that callback runs in the server's own thread,
-where it waits for the interpreter and loses messages.
-"""
+import time
+from collections import namedtuple
 
-from dataclasses import dataclass
-
-from ..errors import DeviceError, MissingExtraError
 from .audio import choose
+from .midi_port import OpenInput, PortLists, devices
 from .quiet import quiet_stderr
 
-_QUEUE = 16384  # messages RtMidi keeps until polled; its own default of 1024 loses notes in bursts
-_CLIENT = "ukrt"
+_JACK_SECONDS = 2.0  # the most that is waited for a JACK server's answer
 
-
-@dataclass(frozen=True)
-class InputPort:
-    """One MIDI input of this machine."""
-
-    index: int
-    name: str
-    api: str
-    api_number: int
-    port_number: int
+InputPort = namedtuple("InputPort", "index name api port")
 
 
 def list_inputs():
-    """All MIDI inputs of all of RtMidi's APIs (list of `InputPort`); an API that does not answer has none."""
-    rtmidi = _rtmidi()
-    found = []
-    for api in rtmidi.get_compiled_api():
-        try:
-            with quiet_stderr():
-                probe = rtmidi.MidiIn(api, name=f"{_CLIENT}-probe")
-                names = probe.get_ports()
-                probe.delete()
-        except rtmidi.RtMidiError:
-            continue
-        found += [(name, rtmidi.get_api_display_name(api), api, n) for n, name in enumerate(names)]
-    return [InputPort(index, *port) for index, port in enumerate(found)]
+    """All MIDI inputs that there are now (list of `InputPort`); an API that does not answer has none."""
+    with quiet_stderr():
+        lists = PortLists()
+        lists.jack_answered(_JACK_SECONDS)
+        found = lists.look()
+        lists.close()
+    return [InputPort(index, port.name, port.api_name, port) for index, port in enumerate(found)]
 
 
 def find_input(wanted=None):
@@ -49,41 +30,23 @@ def find_input(wanted=None):
     inputs = list_inputs()
     if wanted is not None:
         return choose(inputs, wanted, "MIDI input")
-    return next((p for p in inputs if "Midi Through" not in p.name), None)
+    first = devices([one.port for one in inputs])[:1]
+    return next((one for one in inputs if one.port in first), None)
 
 
 class MidiInput:
-    """An open MIDI input that is asked for its messages."""
+    """An open MIDI input that this process asks for its messages itself."""
 
     def __init__(self, port):
-        rtmidi = _rtmidi()
+        with quiet_stderr():
+            self._input = OpenInput(port.port)
         self.name = f"{port.name} ({port.api})"
-        try:
-            with quiet_stderr():
-                self._midi = rtmidi.MidiIn(port.api_number, name=_CLIENT, queue_size_limit=_QUEUE)
-                self._midi.open_port(port.port_number)
-        except (rtmidi.RtMidiError, OSError) as error:
-            raise DeviceError(f"the MIDI input {port.name!r} cannot be opened: {error}") from error
-        self._midi.ignore_types(sysex=True, timing=True, active_sense=True)
 
     def poll(self):
-        """The channel messages that have arrived since the last call, oldest first (list of (status, data1, data2))."""
-        messages = []
-        while (got := self._midi.get_message()) is not None:
-            data = got[0]
-            if data and 0x80 <= data[0] < 0xF0:
-                messages.append((*data, 0, 0)[:3])
-        return messages
+        """The channel messages that have arrived since the last call (list of (status, data1, data2))."""
+        found = self._input.poll(time.monotonic_ns())
+        return [tuple(message) for _, message in found if message.status < 0xF0]
 
     def close(self):
         """Close the port."""
-        self._midi.close_port()
-        self._midi.delete()
-
-
-def _rtmidi():
-    try:
-        import rtmidi
-    except ImportError as error:
-        raise MissingExtraError("MIDI input needs python-rtmidi, which is missing: pip install 'ukrt[live]'") from error
-    return rtmidi
+        self._input.close()

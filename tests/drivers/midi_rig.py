@@ -1,0 +1,126 @@
+"""What the MIDI tests share: a stage in shared memory whose blocks a thread counts and stamps, and a JACK server."""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import threading
+import time
+import uuid
+
+import pytest
+
+from ukrt.engine import stage_layout as at
+from ukrt.engine.memory import Block
+
+RATE = 48000.0
+
+
+class Stage:
+    """The stage's arrays; ``run`` plays the part of an output that takes from the MIDI lane."""
+
+    def __init__(self):
+        self.block = Block({"si": ("i8", at.SI_SIZE), "sd": ("f8", at.SD_SIZE)}, shared=True)
+        self.si, self.sd = self.block.arrays["si"], self.block.arrays["sd"]
+        self.sd[at.M_RATE] = RATE
+        self.taken = []  # (frame, (status, data1, data2)) of all that was in the lane
+        self.late = 0
+
+    def manifest(self):
+        """What an engine's manifest says about the stage."""
+        return {"stage": self.block.manifest()}
+
+    def stamp(self, frame, ns, block):
+        """As the callback does at the beginning of a block."""
+        self.si[at.G_STAMP_SEQ] += 1
+        self.si[at.G_STAMP_FRAME], self.si[at.G_STAMP_NS], self.si[at.G_STAMP_BLOCK] = frame, ns, block
+        self.si[at.G_STAMP_SEQ] += 1
+
+    def take(self, until=None):
+        """Empty the MIDI lane (up to a frame)."""
+        write, read = at.LANE_WRITE + at.LANE_STEP * at.LANE_MIDI, at.LANE_READ + at.LANE_STEP * at.LANE_MIDI
+        while self.si[read] < self.si[write]:
+            slot = at.QUEUES + at.LANE_SIZE * at.LANE_MIDI + 2 * (int(self.si[read]) % at.QUEUE)
+            frame, word = int(self.si[slot]), int(self.si[slot + 1])
+            if until is not None and frame >= until:
+                break
+            self.late += until is not None and frame < self.si[at.G_FRAME]
+            self.taken.append((frame, (word >> 16, (word >> 8) & 0xFF, word & 0xFF)))
+            self.si[read] += 1
+        return self.taken
+
+    @contextlib.contextmanager
+    def running(self, block=256):
+        """Blocks in real time, as far as Python can."""
+        ended = threading.Event()
+
+        def run():
+            due = time.monotonic_ns()
+            while not ended.is_set():
+                due += round(block / RATE * 1e9)
+                time.sleep(max(due - time.monotonic_ns(), 0) * 1e-9)
+                frame = int(self.si[at.G_FRAME])
+                self.stamp(frame, time.monotonic_ns(), block)
+                self.take(frame + block)
+                self.si[at.G_FRAME] = frame + block
+
+        thread = threading.Thread(target=run, daemon=True)
+        thread.start()
+        try:
+            yield self
+        finally:
+            ended.set()
+            thread.join()
+
+    def messages(self):
+        """All messages so far (list of (status, data1, data2))."""
+        return [message for _, message in self.taken]
+
+    def close(self):
+        """Remove the memory."""
+        self.si = self.sd = None
+        self.block.close()
+
+
+class JackServer:
+    """A JACK server of our own with the dummy driver; clients of this process and its children go to it."""
+
+    def __init__(self, period=128):
+        self.name, self.period, self._process = f"ukrt-test-{uuid.uuid4().hex[:8]}", period, None
+
+    def start(self):
+        """Start it, also again; skips the test where JACK does not run."""
+        command = ["jackd", "-n", self.name, "--no-realtime", "-d", "dummy", "-r", "48000", "-p", str(self.period)]
+        self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        waiting = ["jack_wait", "-s", self.name, "-w", "-t", "10"]
+        subprocess.run(waiting, env=self.environment(), capture_output=True)
+        if self._process.poll() is not None:
+            pytest.skip("jackd does not start here")
+
+    def stop(self):
+        """End it."""
+        self._process.send_signal(signal.SIGTERM)
+        self._process.wait(10)
+
+    def signal(self, number):
+        """Send it a signal."""
+        self._process.send_signal(number)
+
+    def environment(self):
+        """What leads clients to it (dict)."""
+        return {**os.environ, "JACK_DEFAULT_SERVER": self.name, "JACK_NO_START_SERVER": "1"}
+
+
+needs_jack = pytest.mark.skipif(
+    shutil.which("jackd") is None or shutil.which("jack_wait") is None,
+    reason="needs jackd (Debian: apt-get install jackd2)",
+)
+
+
+def wait_until(condition, seconds=15.0):
+    """Wait for something that happens by itself."""
+    ends = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < ends, "waited too long"
+        time.sleep(0.01)

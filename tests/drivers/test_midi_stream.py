@@ -1,0 +1,83 @@
+"""The parser of MIDI bytes against an oracle of another kind, and the cases that real cables bring."""
+
+import re
+
+import mido
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ukrt.drivers.midi_stream import MidiStream
+
+# What may stand in a stream without real-time bytes: a status with its data or something that cancels it.
+_CHANNEL = re.compile(rb"([\x80-\xef])([\x00-\x7f]*)")
+_any_bytes = st.lists(st.integers(0, 255) | st.sampled_from([0x90, 0xC3, 0xF0, 0xF7, 0xF8, 0xFE, 0xFF, 0x40]))
+
+
+def oracle(data):
+    """Messages of a whole stream by regular expressions, in order of the byte that completes them."""
+    found = [(at, (byte, 0, 0)) for at, byte in enumerate(data) if byte >= 0xFE]
+    for start, part in _parts(data):
+        places = [start + k for k, byte in enumerate(part) if byte < 0xF8]
+        plain = bytes(byte for byte in part if byte < 0xF8)
+        for match in _CHANNEL.finditer(plain):
+            status, first = match.group(1)[0], match.start(2)
+            width = 1 if status & 0xE0 == 0xC0 else 2
+            for k in range(first, match.end(2) - width + 1, width):
+                message = (status, *plain[k : k + width], 0)[:3]
+                found.append((places[k + width - 1], message))
+    return [message for _, message in sorted(found)]
+
+
+def _parts(data):
+    """The stretches between resets, after which nothing of before counts."""
+    start = 0
+    for part in re.split(b"\xff", bytes(data)):
+        yield start, part
+        start += len(part) + 1
+
+
+def parse(*packets):
+    stream = MidiStream()
+    return [tuple(message) for packet in packets for message in stream.feed(packet)]
+
+
+@given(_any_bytes, st.lists(st.integers(1, 5), min_size=1))
+def test_any_bytes_in_any_packets(data, sizes):
+    packets, rest = [], data
+    while rest:
+        size = sizes[len(packets) % len(sizes)]
+        packets.append(rest[:size])
+        rest = rest[size:]
+    assert parse(*packets) == oracle(data) == parse(data) == parse(*([byte] for byte in data))
+
+
+@given(st.binary(max_size=400))
+def test_agrees_with_mido_where_mido_needs_no_running_status(data):
+    messages = [m for m in mido.parse_all(data) if m.type not in ("sysex", "clock", "start", "stop", "continue")]
+    expected = [(*m.bytes(), 0, 0)[:3] for m in messages if 0x80 <= m.bytes()[0] < 0xF0]
+    whole = [byte for message in expected for byte in message[: 2 if message[0] & 0xE0 == 0xC0 else 3]]
+    assert parse(whole) == expected
+
+
+@pytest.mark.parametrize(
+    ("packets", "expected"),
+    [
+        ([[0x90, 60, 100, 62, 101, 60, 0]], [(0x90, 60, 100), (0x90, 62, 101), (0x90, 60, 0)]),
+        ([[0x90, 0xF8, 60, 0xFE, 100]], [(0xFE, 0, 0), (0x90, 60, 100)]),
+        ([[0xF0, 1, 2], [3, 0xF8, 4], [5, 0xF7, 0x80, 60, 0]], [(0x80, 60, 0)]),
+        ([[0xF0, 1, 2, 0x90, 60, 100]], [(0x90, 60, 100)]),
+        ([[0x90, 60], [0xB0, 64, 127]], [(0xB0, 64, 127)]),
+        ([[0x90, 60, 100, 0xF1, 5, 60, 100]], [(0x90, 60, 100)]),
+        ([[0x90, 60, 100, 0xFF, 60, 100]], [(0x90, 60, 100), (0xFF, 0, 0)]),
+        ([[0xC2, 5, 6], [0xD2, 7]], [(0xC2, 5, 0), (0xC2, 6, 0), (0xD2, 7, 0)]),
+        ([[], [1, 2, 3], [0xF7]], []),
+    ],
+    ids=["running", "real-time", "split-sysex", "aborted-sysex", "cut", "common", "reset", "one-byte", "stray"],
+)
+def test_what_cables_bring(packets, expected):
+    assert parse(*packets) == expected
+
+
+def test_a_long_sysex_leaves_the_stream_ready():
+    assert parse([0xF0, *[1] * 100_000], [2] * 100_000, [0xF7, 0x90, 60, 1]) == [(0x90, 60, 1)]
