@@ -52,6 +52,8 @@ def test_files_hold_everything_after_every_look(engine, record, tmp_path):
         "lost_frames": 0, "files": [str(tmp_path / "take.mid"), str(tmp_path / "take.wav")],
     }  # fmt: skip
     assert record.news() == []
+    record.close()
+    assert record.counts()["take_frames"] == engine.frame
 
 
 def test_the_thread_looks_by_itself_and_followers_see_every_entry_once(engine):

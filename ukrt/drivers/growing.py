@@ -26,7 +26,6 @@ WAV_MAX_BYTES = 2**32 - 2**16  # RIFF counts bytes in 32 bits; the rest is for t
 WAV_HEADER = struct.Struct("<4sI4s4sIHHIIHHH4sII4sI")
 IEEE_FLOAT = 3  # WAVE_FORMAT_IEEE_FLOAT
 SAMPLE_BYTES = 4
-ZEROS = 1 << 16  # frames of silence written at once
 
 
 class _File:
@@ -199,10 +198,7 @@ class GrowingWav(_File):
 
     def append_silence(self, frames):
         """Append ``frames`` frames of zeros, at most ``room``."""
-        while frames > 0:
-            n = min(frames, ZEROS)
-            self.append(np.zeros((n, self._channels), np.float32))
-            frames -= n
+        self.append(np.zeros((frames, self._channels), np.float32))
 
     def _header(self, frames):
         size, rest = frames * self._frame_bytes, WAV_HEADER.size - 8

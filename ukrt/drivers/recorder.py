@@ -62,6 +62,7 @@ class Recorder:
                     self._take.close()
                     self._take.path.unlink()
                 raise
+        self._closed = False
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ukrt-recorder", daemon=True)
@@ -74,7 +75,10 @@ class Recorder:
         self._thread.start()
 
     def close(self):
-        """Take over all there is and finish the files; when the engine has stopped, before it is closed."""
+        """Take over all there is and finish the files: when the engine has stopped, before it is closed."""
+        if self._closed:
+            return
+        self._closed = True
         self._stop.set()
         if self._thread.ident is not None:
             self._thread.join()
@@ -90,8 +94,10 @@ class Recorder:
         self._followers.append(callback)
 
     def announce(self, instance):
-        """Tell which instance the next swap brings, before `Engine.swap` is called; without it, the one that is heard
-        when the swap is noticed is taken."""
+        """Tell which instance the next swap brings, between `Engine.load` and `Engine.swap`.
+
+        Without it, the one that is heard when the swap is noticed is taken.
+        """
         self._coming.append(sound_of(instance))
 
     def news(self):

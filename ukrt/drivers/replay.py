@@ -131,13 +131,11 @@ class Replay:
 
     def _swap(self, frame, number):
         """Let the guitar of swap ``number`` take over at ``frame``, the next to be computed."""
-        from ukrt.engine import layout as at
         from ukrt.engine.instance import Instance
 
         sound = self.take.sounds[number]
         instance = Instance(sound.guitar, sound.sample_rate, self.take.signal, self._response(sound))
-        instance.d[at.METER + at.M_GAIN] = sound.gain
-        self.engine.load(instance)
+        self.engine.load(instance, sound.gain)
         self.engine.swap(frame)
 
     def _harvest(self):

@@ -6,6 +6,8 @@ lost become silence, so that every frame stands at its place.
 
 from ukrt.drivers.growing import GrowingWav
 
+PIECE = 4096  # frames written at once: a disk that runs full loses at most as many that would have fitted (choice)
+
 
 class WavSeries:
     """WAV files that hold the frames of a recording, one after another.
@@ -62,7 +64,7 @@ class WavSeries:
                 self._go_on(f"the sample rate is {self._rate:g} Hz now")
             elif not self._file.room:
                 self._go_on("a WAV file ends at 4 GB")
-            stop = min([until, self.frames + self._file.room] + [frame for frame, _ in self._changes[:1]])
+            stop = min([until, self.frames + min(self._file.room, PIECE)] + [frame for frame, _ in self._changes[:1]])
             if self.frames < begin:
                 stop = min(stop, begin)
                 self._file.append_silence(stop - self.frames)
