@@ -83,7 +83,10 @@ class GuitarChanger:
         engine, instance = self._engine, None
         ends = time.monotonic() + _SWAP_SECONDS
         while True:
-            if instance is None or instance.sample_rate != engine.sample_rate:
+            if instance is not None and instance.sample_rate != engine.sample_rate:
+                instance.close()
+                instance = None
+            if instance is None:
                 instance = self._prepare(engine, guitar, engine.sample_rate)
             with self.lock:
                 if not engine.swapping and instance.sample_rate == engine.sample_rate:
@@ -95,7 +98,11 @@ class GuitarChanger:
         """Let ``instance`` take over at the next block, at the loudness that the one before was turned to."""
         engine = self._engine
         turned = engine.output_gain / engine.instance.preset_gain  # by whoever wants it louder than the preset says
-        engine.load(instance, turned * instance.preset_gain)
+        try:
+            engine.load(instance, turned * instance.preset_gain)
+        except UkrtError:
+            instance.close()
+            raise
         self._refresh()
         self.changes += 1
         if self._on_change is not None:

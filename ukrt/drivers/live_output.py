@@ -165,7 +165,7 @@ class OutputKeeper:
                 self._say(f"still no sound: {error}")
             return False
         if not self._ending.is_set():
-            self.reconnections += 1
             news = f", now at {output.sample_rate:.0f} Hz" if output.sample_rate != rate else ""
             self._say(f"{output.name} is back{news}")
+            self.reconnections += 1
         return True
