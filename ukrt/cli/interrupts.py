@@ -1,11 +1,12 @@
 """Ctrl-C, a request to end, a terminal that closes: signals enter; the first ends tidily, the second one at once."""
 
+import contextlib
 import os
 import signal
 import threading
 
 EXIT_AT_ONCE = 130  # as a shell reports a process that Ctrl-C ended
-_CLOSE_SECONDS = 0.5  # for files, when somebody is in a hurry
+_HURRY_SECONDS = 0.5
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 
 
@@ -16,12 +17,12 @@ class Interrupts:
     ----------
     count : int
         Signals so far: one that came where Python cannot raise is seen here.
-    files : list of callable
-        What closes files that are being written; called by the second signal in a thread of their own.
+    hurried : list of callable
+        What a second signal still does, such as closing files; half a second is given to all together.
     """
 
     def __init__(self):
-        self.count, self.files = 0, []
+        self.count, self.hurried = 0, []
         self._before = {}
 
     def __enter__(self):
@@ -43,11 +44,12 @@ class Interrupts:
         self.count += 1
         if self.count == 1:
             raise KeyboardInterrupt
-        closing = threading.Thread(target=self._close_files, daemon=True)
+        closing = threading.Thread(target=self._hurry, daemon=True)
         closing.start()
-        closing.join(_CLOSE_SECONDS)  # whoever was interrupted may hold what closing needs
+        closing.join(_HURRY_SECONDS)  # whoever was interrupted may hold what closing needs
         os._exit(EXIT_AT_ONCE)
 
-    def _close_files(self):
-        for close in self.files:
-            close()
+    def _hurry(self):
+        for step in self.hurried:
+            with contextlib.suppress(Exception):
+                step()

@@ -16,6 +16,7 @@ from .play_parts import (
     make_live_engine,
     make_player,
     midi_sources,
+    remove_memory,
     wanted_inputs,
 )
 
@@ -49,10 +50,10 @@ def run(args):
     shelf = PresetShelf(args.preset or ["classical"], dict(args.overrides))
     score = load_piece(args)
     with Interrupts() as interrupts, StatusLine(not args.quiet) as status:
-        return Evening(args, shelf, score, interrupts, status).play()
+        return Playing(args, shelf, score, interrupts, status).play()
 
 
-class Evening:
+class Playing:
     """One call of the command, from opening the devices to the report.
 
     Parameters
@@ -67,7 +68,7 @@ class Evening:
 
     def __init__(self, args, shelf, score, interrupts, status):
         self._args, self._shelf, self._interrupts, self._status = args, shelf, interrupts, status
-        self._session, self._away = None, False
+        self._session, self._away, self._failure = None, False, None
         self._news = []  # (seconds, sentence)
         self._programs = queue.SimpleQueue()
         self._piece = score
@@ -92,7 +93,7 @@ class Evening:
         with contextlib.closing(engine):
             sources = midi_sources(args, engine, way.driver)
             self._recorder = recorder = Recorder(engine, args.record, audio)
-            self._interrupts.files.append(recorder.close)
+            self._interrupts.hurried += [recorder.close, lambda: remove_memory(engine)]
             recorder.follow(self._follow)
             player = self._piece and make_player(args, engine, self._piece, lambda: self._session.output)
             self._session = LiveSession(engine, lambda: way.open(engine), sources, player, [recorder])
@@ -110,22 +111,31 @@ class Evening:
         self._gauge = Gauge(self._engine)
         try:
             with session:
-                self._tell(
-                    f"{self._engine.guitar.name} at {self._engine.sample_rate:.0f} Hz on {session.output.name}; "
-                    "Ctrl-C ends"
-                )
-                self._find_something_to_play()
-                while (ended := self._over()) is None:
-                    self._turn()
-                    time.sleep(_TURN_SECONDS)
-        except KeyboardInterrupt:
+                try:
+                    ended = self._play_on(session)
+                finally:
+                    self._state, self._away = session.state(), session.away
+        except (KeyboardInterrupt, Exception) as error:
             if session.seconds == 0.0:
                 raise
+            if not isinstance(error, KeyboardInterrupt):
+                self._failure = error
+                return f"failed: {error}", 1
             ended = "interrupted"
         self._take_news()
         if self._away:
             return f"{ended}, while the output was away", 1
         return ended, 1 if session.player is not None and session.player.failure else 0
+
+    def _play_on(self, session):
+        """Play until it is over; why."""
+        rate, output = self._engine.sample_rate, session.output.name
+        self._tell(f"{self._engine.guitar.name} at {rate:.0f} Hz on {output}; Ctrl-C ends")
+        self._find_something_to_play()
+        while (ended := self._over()) is None:
+            self._turn()
+            time.sleep(_TURN_SECONDS)
+        return ended
 
     def _find_something_to_play(self):
         """Without a piece, without a keyboard and without a wish for one the bundled piece is played."""
@@ -167,11 +177,9 @@ class Evening:
 
     def _show(self, now):
         session, player = self._session, self._session.player
-        self._state = session.state()
-        self._away = session.away
         if not self._status.shown:
             return
-        moment = self._gauge.moment(self._state)
+        moment = self._gauge.moment(session.state())
         if now >= self._next_ports:
             self._next_ports = now + _PORTS_SECONDS
             self._ports = sum(len(source.ports()) for source in session.midi_sources) + self._jack_sources()
@@ -251,8 +259,7 @@ class Evening:
         from .report import write_report
 
         self._status.__exit__()
-        state = self._state or {}
-        report = make_report(self._session, state, self._recorder, self._shelf, ended, self._news, self._args)
+        report = make_report(self._session, self._state, self._recorder, self._shelf, ended, self._news, self._args)
         print(summary(report), flush=True)
         if code:
             say(ended)
@@ -261,5 +268,7 @@ class Evening:
                 write_report(self._args.report, report)
             except UkrtError as error:
                 say(error)
-                return 1
+                code = 1
+        if self._failure is not None and not isinstance(self._failure, UkrtError):
+            raise self._failure  # a fault of the program shows where it is
         return code

@@ -145,7 +145,8 @@ def check_options(args):
 
 def _given(args, *names):
     """Those of the options that were given, as they are written."""
-    return [f"--{name.replace('_', '-')}" for name in names if getattr(args, name) not in (None, False)]
+    values = {name: getattr(args, name) for name in names}  # 0 is given, False is not
+    return [f"--{name.replace('_', '-')}" for name, value in values.items() if value is not None and value is not False]
 
 
 def _check_audio(args):

@@ -103,6 +103,15 @@ def make_live_engine(args, guitar, sample_rate):
     return engine
 
 
+def remove_memory(engine):
+    """Remove the names of the engine's shared memory, which goes with the last process that uses it."""
+    from multiprocessing import shared_memory
+
+    manifest = engine.manifest()
+    for block in filter(None, (manifest["stage"], *manifest["slots"])):
+        shared_memory.SharedMemory(block["name"]).unlink()
+
+
 def midi_sources(args, engine, driver):
     """Where messages come from besides the output (list of one or none)."""
     wanted = wanted_inputs(args)
