@@ -1,0 +1,152 @@
+"""What tests of the JACK driver stand on: a server of their own, another client that sends, a third that records."""
+
+import os
+import signal
+import subprocess
+import time
+import uuid
+
+import numpy as np
+import pytest
+from numba import carray, cfunc, types
+
+from ukrt.engine import stage_layout as stage
+from ukrt.engine.kernels.machine import integers_at
+from ukrt.engine.kernels.queue import first_frame, take_first
+
+
+class Server:
+    """``jackd`` with its dummy driver under a name of our own."""
+
+    def __init__(self, log, sync=False, rate=48000, period=128):
+        self.name = f"ukrt-test-{uuid.uuid4().hex[:8]}"
+        self.log, self._sync, self._process = log, ["-S"] if sync else [], None
+        self.start(rate, period)
+
+    def start(self, rate=48000, period=128):
+        """Start it, again under the same name if it has ended; skip the test where it does not start."""
+        realtime = ["-R", "-P70"] if os.geteuid() == 0 else ["--no-realtime"]
+        tail = ["-d", "dummy", "-r", str(rate), "-p", str(period)]
+        with self.log.open("a") as file:
+            command = ["jackd", "-n", self.name, *self._sync, *realtime, *tail]
+            self._process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
+        wait = ["jack_wait", "-s", self.name, "-c"]
+        wait_until(
+            lambda: subprocess.run(wait, capture_output=True, text=True).stdout.startswith("running"),
+            lambda: pytest.skip(f"jackd does not start here: {self.log.read_text()[-300:]}"),
+            10.0,
+        )
+
+    def end(self, with_signal=signal.SIGTERM):
+        """End it; after SIGKILL it must be started and ended once more, or its name stays taken."""
+        if self._process.poll() is None:
+            self._process.send_signal(with_signal)
+        self._process.wait(10)
+
+    def suspend(self, stopped):
+        """Freeze it, or let it go on."""
+        self._process.send_signal(signal.SIGSTOP if stopped else signal.SIGCONT)
+
+
+def wait_until(condition, otherwise=lambda: pytest.fail("it did not happen in time"), seconds=5.0):
+    """Wait until a condition holds."""
+    ends = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > ends:
+            otherwise()
+            return
+        time.sleep(0.01)
+
+
+class Sender:
+    """A client with a MIDI output: each message goes out at the frame of JACK's time that it names."""
+
+    def __init__(self, name="keyboard"):
+        import jack
+
+        self.client = jack.Client(name, no_start_server=True)
+        self.port = self.client.midi_outports.register("out", is_physical=True)
+        self.waiting, self.sent = [], []
+        self.client.set_process_callback(self._process)
+        self.client.activate()
+
+    def _process(self, frames):
+        self.port.clear_buffer()
+        start = self.client.last_frame_time
+        while self.waiting and self.waiting[0][0] < start + frames:
+            when, data = self.waiting.pop(0)
+            when = max(when, start)
+            self.port.write_midi_event(when - start, data)
+            self.sent.append((when, data))
+
+    def close(self):
+        self.client.deactivate()
+        self.client.close()
+
+
+class Recorder:
+    """A client that records: blocks with the frame of JACK's time at which each began."""
+
+    def __init__(self, channels=2, name="recorder"):
+        import jack
+
+        self.client = jack.Client(name, no_start_server=True)
+        self.ports = [self.client.inports.register(f"in_{k}") for k in range(channels)]
+        self.blocks = []
+        self.client.set_process_callback(self._process)
+        self.client.activate()
+
+    def _process(self, _frames):
+        block = np.array([port.get_array() for port in self.ports])
+        self.blocks.append((self.client.last_frame_time, block))
+
+    def sound(self):
+        """(frame of JACK's time of the first sample, samples (n, channels)); cycles that were missed are zeros."""
+        blocks = list(self.blocks)
+        first, (last, block) = blocks[0][0], blocks[-1]
+        sound = np.zeros((last - first + block.shape[1], len(self.ports)), np.float32)
+        for start, block in blocks:
+            sound[start - first : start - first + block.shape[1]] = block.T
+        return first, sound
+
+    def close(self):
+        self.client.deactivate()
+        self.client.close()
+
+
+_ULONG = types.uint32 if np.dtype("L").itemsize == 4 else types.uint64
+_SIGNATURE = types.int32(types.voidptr, types.voidptr, _ULONG, types.voidptr, _ULONG, types.CPointer(types.int64))
+
+
+@cfunc(_SIGNATURE, nopython=True)
+def _pulse(_input, output, n_frames, _time, _flags, words):
+    """One sample of height note / 128 at each message's frame."""
+    table = carray(words, stage.WORDS)
+    si = integers_at(table[stage.W_SI], stage.SI_SIZE)
+    out = carray(output, (np.int64(n_frames), 2), np.float32)
+    for k in range(np.int64(n_frames)):
+        out[k, 0] = out[k, 1] = 0.0
+        while si[stage.LANE_READ + stage.LANE_STEP * stage.LANE_JACK] < si[
+            stage.LANE_WRITE + stage.LANE_STEP * stage.LANE_JACK
+        ] and first_frame(si, stage.LANE_JACK) <= si[stage.G_FRAME]:
+            word = take_first(si, stage.LANE_JACK)
+            out[k, 0] += ((word >> 8) & 0x7F) / 128.0
+        si[stage.G_FRAME] += 1
+    return 0
+
+
+class PulseEngine:
+    """Stands for an engine whose answer to a message is one sample, at the message's frame."""
+
+    channels, sample_rate = 2, 48000.0
+
+    def __init__(self):
+        self._si, self._words = np.zeros(stage.SI_SIZE, np.int64), np.zeros(stage.WORDS, np.int64)
+        self._words[stage.W_MAGIC] = stage.MAGIC
+        self._words[stage.W_SI] = self._si.ctypes.data
+        self.callback_address, self.userdata_address = _pulse.address, self._words.ctypes.data
+
+    @property
+    def frame(self):
+        """The next frame to be computed (int)."""
+        return int(self._si[stage.G_FRAME])
