@@ -8,6 +8,7 @@ from devices import wait_until
 from ukrt.drivers import null
 from ukrt.drivers.null import NullOutput
 from ukrt.engine.engine import Engine
+from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset
 
 ODD = [1, 10, 17, 1024, 1536, 2027, 4096, 16384]
@@ -132,3 +133,17 @@ def test_another_sample_rate_is_followed(monkeypatch):
     times, output = run(monkeypatch, 1000, prepare=change_at_500)
     assert np.allclose(np.diff(times)[:498], 100 / 44100) and np.allclose(np.diff(times)[501:], 100 / 96000)
     assert output.sample_rate == 96000.0
+
+
+def test_two_outputs_never_call_one_engine(engine):
+    first, second = NullOutput(engine, 64, silent=True), NullOutput(engine, 128, silent=True)
+    first.start()
+    with pytest.raises(DeviceError, match="the null output is playing; close that one first"):
+        second.start()
+    wait_until(lambda: engine.frame >= 640)
+    assert first.running and engine.frame % 64 == 0
+    first.close()
+    before = engine.frame
+    second.start()
+    wait_until(lambda: engine.frame > before)
+    second.close()

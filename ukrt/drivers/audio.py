@@ -11,6 +11,7 @@ import threading
 from dataclasses import dataclass
 
 from ..errors import DeviceError, MissingExtraError
+from .claims import claim, release
 from .quiet import quiet_stderr
 
 RATES = (8000.0, 768000.0)  # Hz: what any sound card has
@@ -174,7 +175,7 @@ class AudioOutput:
         except sounddevice.PortAudioError as error:
             asked = f"{sample_rate:.0f} Hz, {channels} channels, blocks of {block_size or 'any number of'} frames"
             raise DeviceError(_refusal(device, asked, error)) from error
-        _OPEN[self._stream] = engine
+        _OPEN[self._stream] = self._engine = engine
         self.name = f"{device.name} ({device.host_api})"
         self.block_size = int(block_size)
         self.sample_rate = float(self._stream.samplerate)
@@ -182,6 +183,7 @@ class AudioOutput:
 
     def start(self):
         """Let PortAudio call the engine from now on."""
+        claim(self._engine, self)
         self._stream.start()
 
     @property
@@ -208,6 +210,7 @@ class AudioOutput:
             self._stream.stop(ignore_errors=True)
             self._stream.close(ignore_errors=True)
             _OPEN.pop(self._stream, None)
+            release(self._engine, self)
             done.set()
 
         threading.Thread(target=stop_and_close, name="ukrt-close", daemon=True).start()

@@ -15,6 +15,7 @@ import threading
 
 from .. import errors
 from .audio import OutputDevice, check_settings
+from .claims import claim, release
 
 _ANSWER_SECONDS = 10.0  # for opening a device: libraries of a cold disk, servers that start up (choice)
 _CLOSE_SECONDS = 0.5  # closing takes 0.05 s as measured; on a dead server it never returns
@@ -174,6 +175,7 @@ class AudioProcess:
 
     def start(self):
         """Let PortAudio call the engine from now on."""
+        claim(self._engine, self)
         self._notes += self._child.ask("start")["notes"]
 
     @property
@@ -204,4 +206,5 @@ class AudioProcess:
             with contextlib.suppress(errors.UkrtError):
                 closed = self._child.ask("close", _CLOSE_SECONDS)["closed"]
         self._child.kill()
+        release(self._engine, self)
         return closed

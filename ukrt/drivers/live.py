@@ -34,9 +34,8 @@ class LiveSession:
     player : object, optional
         Of a piece; with ``start()`` and ``close()``.
     recorders : sequence of object
-        Each with ``start()`` and ``close()``.
-    on_change : callable (number, instance), optional
-        Told of every change of guitar or sample rate right before it is armed, with the number that the journal names.
+        Each with ``start()``, ``close()`` and ``announce(instance)``, which is told of every change of guitar or sample
+        rate right before it is armed.
     prepare : callable (engine, guitar, sample_rate) -> Instance, optional
         Builds the instances that take over.
 
@@ -58,17 +57,17 @@ class LiveSession:
         player=None,
         recorders=(),
         *,
-        on_change=None,
         prepare=make_instance,
     ):
         self.engine, self.player = engine, player
         self.midi_sources, self.recorders = list(midi_sources), list(recorders)
         self.closed_cleanly = True
         self._news = collections.deque()
-        self._changer = GuitarChanger(engine, self._refresh, self._news.append, on_change, prepare)
+        self._changer = GuitarChanger(engine, self._refresh, self._news.append, self._announce, prepare)
         self._keeper = OutputKeeper(engine, open_output, self._changer, self._news.append)
         self._missing, self._generation = MissingFrames(), 0
         self._failed = set()  # parts whose end has been told
+        self._told = set()  # what the system did not allow the output: once is enough, however often it is reopened
         self._began = self._ended = None
         self._largest_energy = 0.0
 
@@ -111,6 +110,10 @@ class LiveSession:
     def _refresh(self):
         self._keeper.refresh()
 
+    def _announce(self, instance):
+        for recorder in self.recorders:
+            recorder.announce(instance)
+
     @property
     def output(self):
         """Who asks the engine for blocks now."""
@@ -149,8 +152,12 @@ class LiveSession:
 
     def news(self):
         """What has happened since the last call (list of str, one sentence each)."""
-        parts = [*self.midi_sources, self.player, *self.recorders, self.output]
-        for part in filter(None, parts):
+        output = self.output
+        for sentence in output.news() if hasattr(output, "news") else []:
+            if sentence not in self._told:
+                self._told.add(sentence)
+                self._news.append(sentence)
+        for part in filter(None, [*self.midi_sources, self.player, *self.recorders]):
             if hasattr(part, "news"):
                 self._news.extend(part.news())
             elif (failure := getattr(part, "failure", None)) is not None and part not in self._failed:

@@ -30,8 +30,8 @@ class GuitarChanger:
         Makes whoever hosts the callback take over the engine's slots; raises `UkrtError` where that fails.
     say : callable (str)
         Takes sentences about what happened.
-    on_change : callable (number, instance), optional
-        Told of every change right before it is armed: the number that the journal will name, and what takes over.
+    announce : callable (Instance)
+        Told what takes over, right before it is armed.
     prepare : callable (engine, guitar, sample_rate) -> Instance, optional
 
     Attributes
@@ -40,11 +40,11 @@ class GuitarChanger:
         Held while the free slot is in use; hosts of the callback change only under it.
     """
 
-    def __init__(self, engine, refresh, say, on_change=None, prepare=make_instance):
+    def __init__(self, engine, refresh, say, announce, prepare=make_instance):
         self.lock = threading.RLock()
         self.changes = 0
         self._engine, self._refresh, self._say = engine, refresh, say
-        self._on_change, self._prepare = on_change, prepare
+        self._announce, self._prepare = announce, prepare
         self._wanted = queue.SimpleQueue()
         self._thread = None
 
@@ -105,8 +105,7 @@ class GuitarChanger:
             raise
         self._refresh()
         self.changes += 1
-        if self._on_change is not None:
-            self._on_change(self.changes, instance)
+        self._announce(instance)
         engine.swap()
 
     def _run(self):

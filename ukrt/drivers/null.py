@@ -16,6 +16,7 @@ import time
 import numpy as np
 
 from ..errors import AudioFileError
+from .claims import claim, release
 
 # int callback(const void *in, void *out, unsigned long frames, const void *time, unsigned long flags, void *userdata)
 CALLBACK = ctypes.CFUNCTYPE(
@@ -60,6 +61,7 @@ class NullOutput:
 
     def start(self):
         """Start the clock."""
+        claim(self._engine, self)
         self._thread.start()
 
     @property
@@ -83,6 +85,7 @@ class NullOutput:
         self._stop.set()
         if self._thread.ident is not None:
             self._thread.join()
+        release(self._engine, self)
         if self._file is not None:
             self._file.close()
         return True
