@@ -26,6 +26,7 @@ from .midi_port import OpenInput, Port, PortLists, stable_name
 from .midi_talk import Talk
 
 SERVER_GONE = 3  # exit code: libjack is best left after its server has died, with the whole process
+NO_PRIORITY = "ordinary priority"
 POLL_SECONDS = 0.0005
 MARGIN_SECONDS = 0.00075  # a message is in the lane so long after it arrived: one interval, and a late awakening
 _LIST_SECONDS = 0.25  # between two looks at the ports: 0.1 ms of work
@@ -64,6 +65,7 @@ class MidiHost:
 
     def run(self, ended):
         """Work until the event ``ended`` is set; returns the exit code."""
+        _watch_oneself()
         self._scheduling = raise_scheduling()
         self._lists.jack_answered(_JACK_SECONDS)  # a server that hangs is taken for none
         parent = os.getppid()
@@ -127,7 +129,7 @@ class MidiHost:
                 return
 
     def _report(self):
-        faulthandler.dump_traceback_later(_HANG_SECONDS, exit=True)  # counts again from now
+        _watch_oneself()
         other, note_on, note_end = self._lane.refused()
         self._say(
             {
@@ -166,8 +168,8 @@ def raise_scheduling():
                 return f"real time, priority {priority}"
     with contextlib.suppress(OSError, AttributeError):
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
-        return f"ordinary, nice {_NICE}"
-    return "ordinary: the system allows no priority"
+        return f"nice {_NICE}"
+    return f"{NO_PRIORITY}: the system allows no higher one, so that other programs may delay it"
 
 
 def _allowed_priority():
@@ -199,6 +201,11 @@ def run():
     code = MidiHost(json.loads(line), talk.say).run(ended)
     talk.flush()
     return code
+
+
+def _watch_oneself():
+    """End this process, unless called again in time; what watches is a thread that needs no interpreter."""
+    faulthandler.dump_traceback_later(_HANG_SECONDS, exit=True)
 
 
 def _watch_parent(ended):

@@ -1,10 +1,9 @@
 """The MIDI inputs there are, for people to choose from: a wish enters, one of them leaves."""
 
-import time
 from collections import namedtuple
 
 from .audio import choose
-from .midi_port import OpenInput, PortLists, devices
+from .midi_port import PortLists, devices
 from .quiet import quiet_stderr
 
 _JACK_SECONDS = 2.0  # the most that is waited for a JACK server's answer
@@ -32,21 +31,3 @@ def find_input(wanted=None):
         return choose(inputs, wanted, "MIDI input")
     first = devices([one.port for one in inputs])[:1]
     return next((one for one in inputs if one.port in first), None)
-
-
-class MidiInput:
-    """An open MIDI input that this process asks for its messages itself."""
-
-    def __init__(self, port):
-        with quiet_stderr():
-            self._input = OpenInput(port.port)
-        self.name = f"{port.name} ({port.api})"
-
-    def poll(self):
-        """The channel messages that have arrived since the last call (list of (status, data1, data2))."""
-        found = self._input.poll(time.monotonic_ns())
-        return [tuple(message) for _, message in found if message.status < 0xF0]
-
-    def close(self):
-        """Close the port."""
-        self._input.close()

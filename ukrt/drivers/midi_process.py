@@ -13,7 +13,7 @@ import tempfile
 import threading
 import time
 
-from .midi_host import SERVER_GONE
+from .midi_host import NO_PRIORITY, SERVER_GONE
 from .midi_port import load_rtmidi
 
 _FIRST_WAIT, _LONGEST_WAIT = 0.25, 5.0  # [s] before a child that died is followed by another: doubled each time
@@ -59,7 +59,7 @@ class MidiProcess:
         self._lock = threading.Lock()
         self._ports, self._news, self._counts = [], [], {}
         self._earlier = dict.fromkeys(_SUMMED, 0)
-        self._restarts = 0
+        self._restarts, self._told = 0, set()
         self._process, self._closing, self._ready = None, threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._keep_alive, name="ukrt-midi-watch", daemon=True)
 
@@ -142,7 +142,7 @@ class MidiProcess:
                 self._listen(process)
                 process.wait()
             except OSError as error:
-                self._tell(f"the MIDI process cannot be started: {error}")
+                self._tell_once(f"the MIDI process cannot be started: {error}")
                 return
             finally:
                 self._ports = []
@@ -161,6 +161,9 @@ class MidiProcess:
                 self._news += said.get("news", [])
                 self._counts = said.get("counts", self._counts)
                 self._settings["choice"] = said.get("choice", self._settings["choice"])
+            scheduling = said.get("counts", {}).get("scheduling", "")
+            if scheduling.startswith(NO_PRIORITY):
+                self._tell_once(f"MIDI runs at {scheduling}")
             if "ports" in said:
                 self._ports = said["ports"]
                 self._ready.set()
@@ -175,8 +178,10 @@ class MidiProcess:
             complaints.seek(0)
             last = complaints.read().decode(errors="replace").strip().splitlines()[-1:]
             why = f": {last[0].strip()}" if last else ""
-            self._tell(f"the MIDI process has ended by itself (exit code {code}{why}) and is started again")
+            self._tell_once(f"the MIDI process has ended by itself (exit code {code}{why}) and is started again")
 
-    def _tell(self, sentence):
+    def _tell_once(self, sentence):
         with self._lock:
-            self._news.append(sentence)
+            if sentence not in self._told:  # what goes wrong again and again is no news
+                self._told.add(sentence)
+                self._news.append(sentence)
