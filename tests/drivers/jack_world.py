@@ -1,6 +1,7 @@
 """What tests of the JACK driver stand on: a server of their own, another client that sends, a third that records."""
 
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -10,9 +11,55 @@ import numpy as np
 import pytest
 from numba import carray, cfunc, types
 
+try:
+    import jack
+except (ImportError, OSError) as error:
+    pytest.skip(f"needs JACK-Client and libjack: {error}", allow_module_level=True)
+
+from ukrt.drivers.jack import JackOutput
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels.machine import integers_at
 from ukrt.engine.kernels.queue import first_frame, take_first
+
+MARKS = [
+    pytest.mark.jack,
+    pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)"),
+]
+
+
+class World:
+    """A server and what was opened on it, our process led to it; all is closed and ended afterwards."""
+
+    def __init__(self, folder, monkeypatch, **options):
+        self.server = Server(folder / "jackd.log", **options)
+        self._opened = []
+        monkeypatch.setenv("JACK_DEFAULT_SERVER", self.server.name)
+        monkeypatch.setenv("JACK_NO_START_SERVER", "1")
+
+    def open(self, kind, *arguments, **options):
+        """Open something that has a ``close``."""
+        self._opened.append(kind(*arguments, **options))
+        return self._opened[-1]
+
+    def started(self, engine, **options):
+        """A running output of the engine."""
+        output = self.open(JackOutput, engine, **options)
+        output.start()
+        frame = engine.frame
+        wait_until(lambda: engine.frame > frame)
+        return output
+
+    def close(self):
+        """Close what was opened, the last first."""
+        while self._opened:
+            self._opened.pop().close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+        self.server.end()
 
 
 class Server:
@@ -20,7 +67,7 @@ class Server:
 
     def __init__(self, log, sync=False, rate=48000, period=128):
         self.name = f"ukrt-test-{uuid.uuid4().hex[:8]}"
-        self.log, self._sync, self._process = log, ["-S"] if sync else [], None
+        self.log, self.sync, self._process = log, sync, None
         self.start(rate, period)
 
     def start(self, rate=48000, period=128):
@@ -28,7 +75,7 @@ class Server:
         realtime = ["-R", "-P70"] if os.geteuid() == 0 else ["--no-realtime"]
         tail = ["-d", "dummy", "-r", str(rate), "-p", str(period)]
         with self.log.open("a") as file:
-            command = ["jackd", "-n", self.name, *self._sync, *realtime, *tail]
+            command = ["jackd", "-n", self.name, *["-S"] * self.sync, *realtime, *tail]
             self._process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
         wait = ["jack_wait", "-s", self.name, "-c"]
         wait_until(
@@ -62,8 +109,6 @@ class Sender:
     """A client with a MIDI output: each message goes out at the frame of JACK's time that it names."""
 
     def __init__(self, name="keyboard"):
-        import jack
-
         self.client = jack.Client(name, no_start_server=True)
         self.port = self.client.midi_outports.register("out", is_physical=True)
         self.waiting, self.sent = [], []
@@ -88,8 +133,6 @@ class Recorder:
     """A client that records: blocks with the frame of JACK's time at which each began."""
 
     def __init__(self, channels=2, name="recorder"):
-        import jack
-
         self.client = jack.Client(name, no_start_server=True)
         self.ports = [self.client.inports.register(f"in_{k}") for k in range(channels)]
         self.blocks = []
@@ -126,9 +169,11 @@ def _pulse(_input, output, n_frames, _time, _flags, words):
     out = carray(output, (np.int64(n_frames), 2), np.float32)
     for k in range(np.int64(n_frames)):
         out[k, 0] = out[k, 1] = 0.0
-        while si[stage.LANE_READ + stage.LANE_STEP * stage.LANE_JACK] < si[
-            stage.LANE_WRITE + stage.LANE_STEP * stage.LANE_JACK
-        ] and first_frame(si, stage.LANE_JACK) <= si[stage.G_FRAME]:
+        while (
+            si[stage.LANE_READ + stage.LANE_STEP * stage.LANE_JACK]
+            < si[stage.LANE_WRITE + stage.LANE_STEP * stage.LANE_JACK]
+            and first_frame(si, stage.LANE_JACK) <= si[stage.G_FRAME]
+        ):
             word = take_first(si, stage.LANE_JACK)
             out[k, 0] += ((word >> 8) & 0x7F) / 128.0
         si[stage.G_FRAME] += 1

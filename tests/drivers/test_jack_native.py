@@ -3,67 +3,28 @@
 import shutil
 import signal
 import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
+from drivers.jack_world import MARKS, PulseEngine, Recorder, Sender, World, wait_until
 
-try:
-    import jack  # noqa: F401
-except (ImportError, OSError) as error:
-    pytest.skip(f"needs JACK-Client and libjack: {error}", allow_module_level=True)
-from drivers.jack_world import PulseEngine, Recorder, Sender, Server, wait_until
-
-from ukrt.drivers import jack_library
-from ukrt.drivers.jack import JackOutput, find_server, server_rate
-from ukrt.engine import jack_layout as at
+from ukrt.drivers.jack import JackOutput, find_server
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.engine import Engine
-from ukrt.errors import DeviceError, MissingExtraError
+from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset
 
-pytestmark = [
-    pytest.mark.jack,
-    pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)"),
-]
+pytestmark = MARKS
 
 
 @pytest.fixture
 def world(request, tmp_path, monkeypatch):
-    """A server (``sync`` by parameter) and what was opened on it; all is closed and ended afterwards."""
-
-    class World:
-        def __init__(self):
-            self.server = Server(tmp_path / "jackd.log", **getattr(request, "param", {}))
-            self.opened = []
-
-        def open(self, kind, *arguments, **options):
-            self.opened.append(kind(*arguments, **options))
-            return self.opened[-1]
-
-        def close(self):
-            while self.opened:
-                self.opened.pop().close()
-
-    world = World()
-    monkeypatch.setenv("JACK_DEFAULT_SERVER", world.server.name)
-    monkeypatch.setenv("JACK_NO_START_SERVER", "1")
-    yield world
-    world.close()
-    world.server.end()
+    """A server (its options by parameter) and what is opened on it."""
+    with World(tmp_path, monkeypatch, **getattr(request, "param", {})) as world:
+        yield world
 
 
 SYNC = pytest.mark.parametrize("world", [{"sync": True}], indirect=True)
-
-
-def started(world, engine, **options):
-    """A running output of the engine."""
-    output = world.open(JackOutput, engine, **options)
-    output.start()
-    frame = engine.frame
-    wait_until(lambda: engine.frame > frame)
-    return output
 
 
 def replayed(engine):
@@ -104,7 +65,7 @@ NOTES = [bytes([0x90, 40 + 5 * k % 32, 60 + 9 * k % 60]) for k in range(12)] + [
 @SYNC
 def test_another_clients_recording_equals_the_journal_replayed(world, engine):
     """Bit for bit; and each message acts at just the frame at which it was sent."""
-    output = started(world, engine)
+    output = world.started(engine)
     sender, recorder = world.open(Sender), world.open(Recorder)
     output.tend()
     for source, target in zip(("out_left", "out_right"), recorder.ports, strict=True):
@@ -134,7 +95,7 @@ def test_jack_capture_hears_the_same_bits(world, engine, tmp_path):
     import soundfile
 
     path = tmp_path / "heard.wav"
-    output, sender = started(world, engine), world.open(Sender)
+    output, sender = world.started(engine), world.open(Sender)
     output.tend()
     command = ["jack_capture", "-ns", "-as", "-b", "FLOAT", "-c", "2", "-mc", "-d", "2", str(path)]
     capture = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -152,10 +113,10 @@ def test_jack_capture_hears_the_same_bits(world, engine, tmp_path):
     assert np.array_equal(heard[at_ : at_ + n].view(np.int32), expected[onset : onset + n].view(np.int32))
 
 
-@pytest.mark.parametrize("world", [{}, {"sync": True}, {"period": 1024}], indirect=True)
+@pytest.mark.parametrize("world", [{"sync": True}, {"sync": True, "period": 1024}, {"period": 1024}], indirect=True)
 def test_every_event_is_heard_at_its_own_frame(world):
     engine = PulseEngine()
-    output = started(world, engine)
+    output = world.started(engine)
     sender, recorder = world.open(Sender), world.open(Recorder)
     output.tend()
     recorder.client.connect(output._outs[0], recorder.ports[0])
@@ -165,9 +126,9 @@ def test_every_event_is_heard_at_its_own_frame(world):
     places = np.flatnonzero(sound[:, 0])
     heard = {round(float(sound[p, 0]) * 128): first + int(p) for p in places}
     sent = {data[1]: when for when, data in sender.sent}
-    missing = output.counts()["missed_frames"]
-    assert missing or len(heard) == 60  # a cycle that the server left out takes its events along
-    assert {heard[note] - sent[note] for note in heard} == {0} and len(heard) > 30
+    # Where the server does not wait, a cycle that the sender missed takes its events along.
+    assert len(heard) == 60 or (len(heard) > 30 and not world.server.sync)
+    assert {heard[note] - sent[note] for note in heard} == {0}
 
 
 @pytest.mark.skipif(shutil.which("jack_midiseq") is None, reason="needs jack_midiseq (Debian: in jackd2)")
@@ -178,7 +139,7 @@ def test_a_thread_that_holds_the_interpreter_delays_nothing(world):
     engine = PulseEngine()
     sequencer = subprocess.Popen(["jack_midiseq", "sequencer", "2400", "0", "60", "1200"], stdout=subprocess.DEVNULL)
     try:
-        output = started(world, engine, midi="sequencer")
+        output = world.started(engine, midi="sequencer")
         wait_until(lambda: output.tend() or output.counts()["messages"] > 0)
         before, frame = output.counts(), engine.frame
         ctypes.PyDLL(None).usleep(1_000_000)  # PyDLL keeps the lock
@@ -190,16 +151,18 @@ def test_a_thread_that_holds_the_interpreter_delays_nothing(world):
     assert abs((after["messages"] - before["messages"]) - 2 * frames / 2400) <= 3 + after["missed_frames"] // 1200
 
 
+@SYNC
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_the_server_dies_and_another_comes(world, engine, how):
     """The engine goes on where it was: its strings ring, no frame is left out, none is computed twice."""
-    output, sender = started(world, engine), world.open(Sender)
+    output, sender = world.started(engine), world.open(Sender)
     output.tend()
     play(sender, NOTES)
     wait_until(lambda: len(engine.journal(0)[1]) == len(NOTES))
     world.server.end(how)
     wait_until(lambda: not output.running)
-    assert "has let go of ukrt" in output.reason and output.tend() == [] and output.ports() == {}
+    assert output.reason.startswith("the JACK server has let go of ukrt (JACK): ")
+    assert output.tend() == [] and output.ports() == {}
     assert output.close() and output.close()
     world.close()
     frame, energy = engine.frame, engine.energy()
@@ -207,7 +170,7 @@ def test_the_server_dies_and_another_comes(world, engine, how):
     with pytest.raises(DeviceError, match="no JACK server"):
         JackOutput(engine)
     world.server.start(period=256)
-    again = started(world, engine)
+    again = world.started(engine)
     assert again.running and again.block_size == 256 and again.counts()["frames"] <= engine.frame - frame
     assert again.close()
     assert engine.frame == frame + again.counts()["frames"]
@@ -217,7 +180,7 @@ def test_the_server_dies_and_another_comes(world, engine, how):
 
 @SYNC
 def test_the_period_changes_while_playing(world, engine):
-    output, sender, recorder = started(world, engine), world.open(Sender), world.open(Recorder)
+    output, sender, recorder = world.started(engine), world.open(Sender), world.open(Recorder)
     output.tend()
     recorder.client.connect(output._outs[0], recorder.ports[0])
     play(sender, NOTES[:6])
@@ -240,96 +203,9 @@ def test_the_period_changes_while_playing(world, engine):
     assert output.counts()["missed_frames"] == 0
 
 
-def test_refusals_are_sentences(world, monkeypatch):
-    other = PulseEngine()
-    other.sample_rate = 44100.0
-    with pytest.raises(DeviceError, match=r"runs at 48000 Hz, not at 44100 Hz \(--rate 48000\)"):
-        world.open(JackOutput, other).start()
-    other.channels = 17
-    with pytest.raises(DeviceError, match="1 to 16"):
-        JackOutput(other)
-    assert server_rate() == 48000.0
-    with monkeypatch.context() as absent, pytest.raises(MissingExtraError, match=r"pip install 'ukrt\[jack\]'"):
-        absent.setitem(sys.modules, "jack", None)
-        find_server()
-    monkeypatch.setenv("JACK_DEFAULT_SERVER", "ukrt-nobody")
-    assert find_server() is None
-    with pytest.raises(DeviceError, match="no JACK server 'ukrt-nobody' answers"):
-        server_rate()
-
-
-def test_names_connections_and_latencies(world):
-    server = find_server()
-    assert (server.sample_rate, server.block_size) == (48000.0, 128)
-    assert server.outputs == ("system:playback_1", "system:playback_2") and server.midi_sources == ()
-    one, two = started(world, PulseEngine()), started(world, PulseEngine(), connect=False, midi="key")
-    assert (one.name, two.name) == ("ukrt (JACK)", "ukrt-01 (JACK)")
-    assert one.ports() == {"out_left": ["system:playback_1"], "out_right": ["system:playback_2"], "midi_in": []}
-    sender = world.open(Sender, "Keyboard")
-    wait_until(lambda: one.tend() == ["MIDI from Keyboard:out is connected"])
-    wait_until(lambda: two.tend() == ["MIDI from Keyboard:out is connected"])
-    assert two.ports() == {"out_left": [], "out_right": [], "midi_in": ["Keyboard:out"]}
-    assert one.tend() == []
-    ranges = one.latency_ranges()
-    playback = ranges["out_left"][1]
-    assert playback[0] == playback[1] >= 128 and ranges["midi_in"][1] == playback
-    assert one.latency == playback[1] / 48000.0 and two.latency == 128 / 48000.0
-    port = sender.client.get_port_by_name("ukrt:out_left")
-    assert port.is_terminal and not port.is_physical
-    sender.close()
-    wait_until(lambda: one.tend() == ["MIDI from Keyboard:out is gone"])
-    three = started(world, PulseEngine(), connect="nowhere", midi=False)
-    assert three.ports()["out_left"] == [] and three.tend() == []
-
-
-def test_transport_freewheel_silence_and_another_rate(world):
-    engine = PulseEngine()
-    output, client = started(world, engine), world.open(Recorder).client
-    client.transport_frame = 48000
-    client.transport_start()
-    wait_until(lambda: output.transport()[0])
-    one, two = output.transport_stamp(), output.transport_stamp()
-    wait_until(lambda: output.transport_stamp() != one)
-    two = output.transport_stamp()
-    assert two[1] - one[1] == two[2] - one[2] > 0 and one[1] >= 48000
-    client.transport_stop()
-    wait_until(lambda: not output.transport()[0])
-    frame = engine.frame
-    client.set_freewheel(True)
-    wait_until(lambda: engine.frame > frame + 480_000)
-    client.set_freewheel(False)
-    output.silent = True
-    wait_until(lambda: output.counts()["cycles"] % 2 == 0)
-    cycles, frame = output.counts()["cycles"], engine.frame
-    wait_until(lambda: output.counts()["cycles"] > cycles + 10)
-    assert engine.frame <= frame + output.block_size
-    output.silent = False
-    wait_until(lambda: engine.frame > frame + 1000)
-    assert output.running and output.reason is None and output.xruns() >= 0
-    output._table[at.T_RATE_NOW] = 44100  # as the server's notice does it; jackd itself cannot change its rate
-    assert not output.running and output.reason == "the JACK server now runs at 44100 Hz, not at 48000 Hz"
-
-
-def test_a_frozen_server_holds_nobody_up(world, monkeypatch):
-    monkeypatch.setattr(jack_library, "_PATIENCE_SECONDS", 0.3)
-    engine = PulseEngine()
-    output = started(world, engine)
-    world.server.suspend(True)
-    try:
-        with pytest.raises(DeviceError, match="has not answered"):
-            server_rate()
-        assert find_server() is None
-    finally:
-        world.server.suspend(False)
-    frame = engine.frame
-    wait_until(lambda: engine.frame > frame + 4800)
-    assert output.running
-    time.sleep(0.3)  # what came too late is closed by itself meanwhile
-
-
 def test_random_bytes_from_a_client_harm_nothing(world, engine):
     """JACK carries any bytes; afterwards all notes can be ended and the guitar plays on."""
-    output, sender = started(world, engine), world.open(Sender)
+    output, sender = world.started(engine), world.open(Sender)
     output.tend()
     noise = np.random.default_rng(3).integers(0, 256, (2000, 10)).astype(np.uint8)
     play(sender, [row.tobytes() for row in noise], 0.0005)

@@ -23,7 +23,7 @@ from .jack_library import (
     patiently,
     server_name,
     server_rate,
-    set_latency_callback,
+    set_callback,
 )
 from .jack_wiring import Wiring
 
@@ -108,7 +108,7 @@ class JackOutput:
         self._check_rate()
         patiently(self._client.activate, f"the JACK server {server_name()!r}")
         self._started = True
-        self._wiring.tend()
+        self._news = self._wiring.tend()
 
     @property
     def running(self):
@@ -167,7 +167,8 @@ class JackOutput:
         """Connect what has come since the last call; returns what there is to say (list of str)."""
         if not self.running:
             return []
-        return self._wiring.tend(int(self._table[at.T_PORTS_SEEN]))
+        news, self._news = self._news, []
+        return news + self._wiring.tend(int(self._table[at.T_PORTS_SEEN]))
 
     def ports(self):
         """What each port is connected to (dict of short name -> list of names)."""
@@ -251,7 +252,10 @@ class JackOutput:
         code |= lib.jack_set_xrun_callback(client, cast("JackXRunCallback", count_up.address), word(at.T_XRUNS))
         ports = cast("JackPortRegistrationCallback", count_port.address)
         code |= lib.jack_set_port_registration_callback(client, ports, word(at.T_PORTS_SEEN))
-        code |= set_latency_callback(self._jack, self._number(client), tell_latency.address, table)
+        number = self._number(client)
+        code |= set_callback(self._jack, "jack_set_latency_callback", number, tell_latency.address, table)
+        # PipeWire 0.3 calls only the older of the two; jack2 only the newer where both are set.
+        set_callback(self._jack, "jack_on_shutdown", number, count_up.address, table + 8 * at.T_SHUTDOWN)
         if code:
             raise DeviceError(f"the JACK server {server_name()!r} takes no callbacks")
 

@@ -57,11 +57,12 @@ def latency_range(jack, port, mode):
     return tuple(pair)
 
 
-def set_latency_callback(jack, client, callback, table):
-    """Let the C function at ``callback`` answer for the latencies of a client; all are addresses. 0 on success."""
-    function = ctypes.CDLL(jack._libname).jack_set_latency_callback
-    function.argtypes = [ctypes.c_void_p] * 3
-    return function(client, callback, table)
+def set_callback(jack, setter, client, callback, argument):
+    """Call a setter of libjack that JACK-Client does not declare, or declares otherwise; all but its name are
+    addresses."""
+    function = getattr(ctypes.CDLL(jack._libname), setter)
+    function.argtypes, function.restype = [ctypes.c_void_p] * 3, ctypes.c_int
+    return function(client, callback, argument)
 
 
 def find_server():

@@ -24,6 +24,7 @@ class Wiring:
         self._connect = connect
         self._midi = [midi] if isinstance(midi, str) else midi
         self._seen = None  # the server's count of changes when its ports were last looked at
+        self._heard = not connect
         self._sources = set()
 
     def tend(self, seen=0):
@@ -31,7 +32,7 @@ class Wiring:
         if seen == self._seen:
             return []
         news = []
-        if self._seen is None and self._connect:
+        if not self._heard:
             self._connect_outputs(news)
         self._seen = seen
         if self._ins and self._midi:
@@ -43,15 +44,16 @@ class Wiring:
         return {port.shortname: [other.name for other in port.connections] for port in [*self._outs, *self._ins]}
 
     def _connect_outputs(self, news):
-        """To one port for each channel; a single channel to the first two, to be heard on both sides."""
+        """To one port for each channel, as soon as there is any; a single channel to the first two, for both sides."""
         targets = physical_outputs(self._client)
         if self._connect is not True:
             words = str(self._connect).casefold()
             everyone = self._client.get_ports(is_audio=True, is_input=True)
             targets = [port for port in everyone if words in port.name.casefold()]
-        if not targets:
+        self._heard = bool(targets)
+        if not targets and self._seen is None:
             wished = "no physical outputs" if self._connect is True else f"no audio inputs named {self._connect!r}"
-            news.append(f"the JACK server has {wished} to connect to")
+            news.append(f"the JACK server has {wished} to connect to yet")
         sources = self._outs if len(self._outs) > 1 else self._outs * 2
         for source, target in zip(sources, targets, strict=False):
             self._join(source, target, news)
