@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
@@ -95,6 +96,8 @@ class JackServer:
             self._process.send_signal(signal.SIGTERM)
             self._process.wait(10)
             self._process = None
+            for left in pathlib.Path("/dev/shm").glob(f"jack_sem*{self.name}_*"):  # by clients that were killed
+                left.unlink(missing_ok=True)
 
     @contextlib.contextmanager
     def frozen(self):

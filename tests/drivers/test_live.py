@@ -396,16 +396,22 @@ def test_a_thread_that_has_failed_is_told_once(engine):
 
 class TestStallWatch:
     def test_standing_still_for_a_second_or_eight_blocks(self):
+        def looks(frame, first, last, block_seconds):
+            return [watch.look(frame, 0.05 * k, block_seconds) for k in range(first, last)]
+
         watch = StallWatch()
-        watch.restart(10.0)
-        assert not watch.look(0, 10.9, 0.01)
-        assert not watch.look(64, 11.5, 0.01)
-        assert not watch.look(64, 12.4, 0.01)
-        assert watch.look(64, 12.6, 0.01)
-        assert not watch.look(64, 12.6, 0.2)  # blocks of 200 ms: 1.6 s
-        assert watch.look(64, 13.2, 0.2)
-        watch.restart(13.2)
-        assert not watch.look(64, 14.1, 0.01)
+        assert not any(looks(0, 0, 20, 0.01) + looks(64, 20, 41, 0.01))  # 1 s each
+        assert all(looks(64, 42, 44, 0.01))
+        assert not any(looks(128, 44, 77, 0.2))  # blocks of 200 ms: 1.6 s
+        assert all(looks(128, 78, 80, 0.2))
+        watch.restart(4.0)
+        assert not any(looks(128, 80, 100, 0.01))
+
+    def test_who_did_not_look_himself_blames_nobody(self):
+        watch = StallWatch()
+        assert not watch.look(64, 10.0, 0.01)
+        assert not watch.look(64, 100.0, 0.01)  # this process was stopped, and so may the other have been
+        assert not watch.look(128, 100.05, 0.01)
 
 
 class TestMissingFrames:

@@ -107,7 +107,7 @@ def _read_requests(stream, requests):
 
 def main():
     """Serve until standard input closes, a request to close has been answered, or the sound stops."""
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # the parent decides when this ends
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP"):  # the parent decides when this ends
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "w", buffering=1)

@@ -75,7 +75,7 @@ class OutputKeeper:
         if not output.running:
             return getattr(output, "reason", None) or f"{output.name} has ended"
         if self._watch.look(self._engine.frame, now, output.block_size / output.sample_rate):
-            return f"{output.name} has asked for no sound for {now - self._watch.since:.1f} s"
+            return f"{output.name} has asked for no sound for {self._watch.still:.1f} s"
         return None
 
     def close(self):

@@ -5,6 +5,7 @@ blocks undercount. The counter of the frames that were asked for says both.
 """
 
 _STALL_SECONDS, _STALL_BLOCKS = 1.0, 8  # standing still for longer than both is death or sleep (choice)
+_LOOK_SECONDS = 0.25  # the most that counts between two looks, which come twenty times a second
 _WINDOW_SECONDS = 1.0  # the earliest of this many seconds' blocks tells where the output is, free of lateness
 
 
@@ -13,8 +14,9 @@ class StallWatch:
 
     Attributes
     ----------
-    since : float [s]
-        When it was seen to move last.
+    still : float [s]
+        For how long it has been watched standing still. Time in which nobody looked counts little: who was stopped
+        (Ctrl-Z, a computer asleep) finds everything standing still when he goes on.
     """
 
     def __init__(self):
@@ -22,13 +24,14 @@ class StallWatch:
 
     def restart(self, now):
         """Forget everything: another output begins to count at ``now`` [s]."""
-        self._frame, self.since = None, now
+        self._frame, self._looked, self.still = None, now, 0.0
 
     def look(self, frame, now, block_seconds):
         """Whether nobody has asked for sound for longer than is possible with blocks of ``block_seconds``."""
-        if frame != self._frame:
-            self._frame, self.since = frame, now
-        return now - self.since > max(_STALL_SECONDS, _STALL_BLOCKS * block_seconds)
+        passed = min(now - self._looked, _LOOK_SECONDS)
+        self.still = self.still + passed if frame == self._frame else 0.0
+        self._frame, self._looked = frame, now
+        return self.still > max(_STALL_SECONDS, _STALL_BLOCKS * block_seconds)
 
 
 class MissingFrames:
