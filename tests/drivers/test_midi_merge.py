@@ -29,12 +29,12 @@ class Input:
 
     virtual = False
 
-    def __init__(self, name):
-        self.port, self.waiting, self.closed = alsa(name), [], False
+    def __init__(self, name, clock):
+        self.port, self.waiting, self.closed, self._clock = alsa(name), [], False, clock
 
-    def poll(self, now):
+    def poll(self):
         got, self.waiting = self.waiting, []
-        return [(now, Message(*message)) for message in got]
+        return [(self._clock.ns, Message(*message)) for message in got]
 
     def close(self):
         self.closed = True
@@ -64,7 +64,7 @@ class World:
         self.merger = Merger(Lane(self.si, at.LANE_MIDI), self.clock)
 
     def add(self, name):
-        one = Input(name)
+        one = Input(name, self.clock)
         self.merger.add(one)
         return one
 

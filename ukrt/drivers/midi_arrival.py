@@ -8,7 +8,7 @@ on the computer's clock they lie; a result that cannot be is replaced by the tim
 from .clock import EarliestLine
 
 _PER_SECOND = 1e6  # RtMidi counts microseconds
-_SLACK = 2e-3 * _PER_SECOND  # sums further behind than any usual wait for the poll have lost something (choice)
+_SLACK = 0.25e-3 * _PER_SECOND  # sums that lag by more, 16 times, have lost something: half the polls' interval
 _EARLIEST = 50e-3 * _PER_SECOND  # before the poll: what would have waited longer has come at another time (choice)
 
 
@@ -26,7 +26,7 @@ class Arrivals:
         since_last : float
             What RtMidi gave with the message [s].
         polled_ns : int
-            When it was fetched.
+            After it was fetched, or the sums would seem to run ahead for long.
         """
         self._sum += max(round(since_last * _PER_SECOND), 0)
         self._line.see(polled_ns, self._sum, _PER_SECOND, _SLACK, _EARLIEST)

@@ -55,7 +55,7 @@ class Merger:
         return [source.name for source in self._sources]
 
     def add(self, opened):
-        """Take in an input: object with ``poll(now)``, ``port``, ``virtual`` and ``close()``."""
+        """Take in an input: object with ``poll()``, ``port``, ``virtual`` and ``close()``."""
         source = _Source(opened)
         self._sources.append(source)
         self.news.append(f"listening to {source.name}")
@@ -84,7 +84,7 @@ class Merger:
         self._clock.look()
         received = self.received
         for source in self._sources:
-            found = source.input.poll(now)
+            found = source.input.poll()
             if found:
                 source.heard_ns = now
                 self._write(source, found)

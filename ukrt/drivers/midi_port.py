@@ -139,21 +139,16 @@ class OpenInput:
         self._midi.ignore_types(sysex=False, timing=False, active_sense=False)
         self._stream, self._arrivals = MidiStream(), Arrivals()
 
-    def poll(self, now):
-        """What has arrived: list of (time of arrival [ns], `Message`), oldest first.
-
-        Parameters
-        ----------
-        now : int
-            ``time.monotonic_ns()``.
-        """
+    def poll(self):
+        """What has arrived: list of (time of arrival [ns of ``time.monotonic_ns``], `Message`), oldest first."""
         found, get = [], self._midi.get_message
         for _ in range(_AT_ONCE):
             got = get()
             if got is None:
                 break
+            polled = time.monotonic_ns()  # afterwards: a message never comes later than its poll
             packet, since_last = got
-            arrived = self._arrivals.at(since_last, now)
+            arrived = self._arrivals.at(since_last, polled)
             found += [(arrived, message) for message in self._stream.feed(packet)]
         return found
 
