@@ -160,6 +160,33 @@ def test_levels_of_shedding(tmp_path):
     assert np.count_nonzero(kinds == at.KIND_SHED) == 4
 
 
+@pytest.mark.parametrize("seed", range(100, 108))
+def test_sessions_in_which_everything_happens(tmp_path, seed):
+    player = Player(tmp_path, seed, gain=2.0 ** (seed % 6))
+    engine, dice = player.engine, np.random.default_rng(seed)
+    for _ in range(10):
+        player.play(int(dice.integers(10, 5000)), most=int(dice.integers(2, 3000)), messages=int(dice.integers(0, 10)))
+        match dice.integers(6):
+            case 0:
+                engine._d[instance_at.STATE + int(dice.integers(0, 3000))] = np.inf
+            case 1:
+                engine._si[at.G_SHED_WANTED] = int(dice.integers(0, 5))
+            case 2 if not engine.swapping:
+                player.swap(
+                    load_preset(["drop-d", "classical", "paper"][dice.integers(3)]), gain=dice.uniform(0.5, 20.0)
+                )
+            case 3:
+                engine.send(at.AT_ONCE, 0xFE, lane=int(dice.integers(3)))
+            case 4:
+                for key in dice.integers(36, 90, size=400).tolist():
+                    engine.send(engine.frame, 0x90, key, 100, lane=at.LANES - 1)
+            case 5:
+                engine._si[at.G_BUSY] = 1
+                engine.recover()
+    player.play(3000)
+    assert_equal_to_its_take(player, blocks=(int(dice.integers(1, 9000)),))
+
+
 @pytest.mark.parametrize("announced", [True, False])
 def test_another_guitar_while_strings_ring(tmp_path, announced):
     player = Player(tmp_path, 8).play(6000)

@@ -27,6 +27,7 @@ from fractions import Fraction
 from ukrt import __version__
 from ukrt.engine.layout import M_GAIN, METER
 from ukrt.engine.stage_layout import KIND_MIDI, KIND_RESET, KIND_SHED, KIND_SHIFT, KIND_SWAP, VALUE_MASK
+from ukrt.errors import ImpulseResponseError
 from ukrt.model.preset_text import dump_preset
 
 FORMAT = 1
@@ -70,8 +71,12 @@ def sound_of(instance):
     from ukrt.radiation.impulse_response import load_impulse_response
 
     name = guitar.radiation.impulse_response
-    path = pathlib.Path(load_impulse_response(name, rate).source).absolute()
-    return Sound(guitar, rate, {"name": name, "file": str(path), "sha256": file_hash(path)}, gain)
+    try:
+        path = pathlib.Path(load_impulse_response(name, rate).source).absolute()
+        response = {"name": name, "file": str(path), "sha256": file_hash(path)}
+    except (ImpulseResponseError, OSError):  # gone since the instance was made: the take is kept without its hash
+        response = None
+    return Sound(guitar, rate, response, gain)
 
 
 def file_hash(path):
