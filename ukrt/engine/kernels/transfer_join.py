@@ -4,8 +4,11 @@ Enter a string whose motion has been carried over; leave it with its end where t
 it where it is, and the sums that the next sample needs.
 """
 
+import math
+
 from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
+from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.hands import follow_string
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.ports import port_motion, sum_string
@@ -99,3 +102,43 @@ def _stretching(d, i, s):
             now = d[x + half]
             total += d[c + at.COEF_D] * now * (d[x + 8 + half] - a * now) / b
     return total
+
+
+@kernel
+def bound_energy(d, i, most):
+    """Shrink all motion alike, so that every constraint still holds, where its energy would be above ``most`` [J].
+
+    Guitars of one kind never come here. A string of rubber that becomes one of steel does: at the same deflection its
+    stretching alone, psi^2 / 2, which goes with the fourth power, can hold a million times the energy.
+    """
+    energy, stretching = total_energy(d, i), 0.0
+    for s in range(i[at.H_STRINGS]):
+        stretching += 0.5 * d[at.PSI + s] ** 2 / d[at.SIGMA + s]
+    if not energy > most:
+        return
+    linear = energy - stretching
+    square = 2.0 * most / (linear + math.sqrt(linear * linear + 4.0 * stretching * most))
+    _shrink(d, i, math.sqrt(square))
+
+
+@kernel
+def _shrink(d, i, share):
+    for n in range(at.MAX_BODY_MODES):
+        d[at.BODY_X + n] *= share
+        d[at.BODY_XS + n] *= share
+    d[at.BODY_W + 3] *= share
+    d[at.BODY_W + 4] *= share
+    for lane in range(at.LAND_Y, at.FIN_A):  # landings and fingers
+        d[lane] *= share
+    for s in range(i[at.H_STRINGS]):
+        own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+        first, tiles = i[own_i + at.SI_TILE], i[own_i + at.SI_TILES]
+        for x in range(at.STATE + first * at.STATE_TILE, at.STATE + (first + tiles) * at.STATE_TILE):
+            d[x] *= share
+        for k in range(2 * at.MAX_CONTACTS):
+            d[own + at.S_LAND_C + k] *= share
+            d[own + at.S_LAND_V + k] *= share
+        d[own + at.S_PLUCK_FY] *= share
+        d[own + at.S_PLUCK_FZ] *= share
+        d[at.PSI + s] *= share * share
+        sum_string(d, i, s)
