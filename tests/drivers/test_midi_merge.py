@@ -9,7 +9,7 @@ from ukrt.drivers.lane import Lane
 from ukrt.drivers.midi_choice import Choice
 from ukrt.drivers.midi_held import Held, everything_off
 from ukrt.drivers.midi_merge import Merger
-from ukrt.drivers.midi_port import Port, devices, shown_name, stable_name
+from ukrt.drivers.midi_port import Port, devices, distinct, shown_name, stable_name
 from ukrt.drivers.midi_stream import Message
 from ukrt.engine import stage_layout as at
 
@@ -223,3 +223,5 @@ class TestChoice:
         assert stable_name(self.keys) == stable_name(self.again) == "Keys:Keys MIDI 1"
         assert shown_name(self.program) == "sequencer:out (Jack)"
         assert devices([]) == []
+        assert distinct(["Keys", "Pads", "Keys", "Keys"]) == ["Keys", "Pads", "Keys #2", "Keys #3"]
+        assert stable_name(Port("Keys 2", 4, "Windows MultiMedia", 2)) == "Keys"

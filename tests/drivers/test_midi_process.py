@@ -213,6 +213,19 @@ def test_two_inputs_and_a_new_one_are_merged(patient_server, stage):
         assert [m for m in stage.messages() if m[0] == 0xE0 | k] == [(0xE0 | k, n, 0) for n in range(100)]
 
 
+def test_ports_that_come_and_go_leave_the_others_alone(server, stage):
+    """Those after a port that goes move up in the list."""
+    one = Sender("one")
+    with Sender("two") as two, listening(stage, wanted="all") as process:
+        with one:
+            assert process.ports() == [one.name, two.name]
+        wait_until(lambda: process.ports() == [two.name])
+        with Sender("three") as three:
+            wait_until(lambda: process.ports() == [two.name, three.name])
+        news = process.news()
+    assert [sentence for sentence in news if two.name in sentence] == [f"listening to {two.name}"]
+
+
 def test_a_virtual_port(server, stage):
     with Sender() as sender, listening(stage, wanted=[], virtual="strings") as process:
         wait_until(lambda: process.ports() == ["strings"])

@@ -3,8 +3,9 @@
 import re
 
 import mido
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ukrt.drivers.midi_stream import MidiStream
@@ -50,6 +51,16 @@ def test_any_bytes_in_any_packets(data, sizes):
         packets.append(rest[:size])
         rest = rest[size:]
     assert parse(*packets) == oracle(data) == parse(data) == parse(*([byte] for byte in data))
+
+
+@settings(deadline=None)  # the first example compiles
+@given(st.binary(max_size=400))
+def test_the_compiled_parser_finds_the_same(data):
+    from ukrt.engine.kernels.midi_bytes import NO_MESSAGE, midi_byte
+
+    state = np.zeros(1, np.int64)
+    words = [word for word in (midi_byte(state, 0, byte) for byte in data) if word != NO_MESSAGE]
+    assert [(word >> 16, word >> 8 & 0xFF, word & 0xFF) for word in words] == parse(data)
 
 
 @given(st.binary(max_size=400))

@@ -22,7 +22,7 @@ from .lane import Lane, StageView
 from .midi_choice import Choice
 from .midi_held import everything_off
 from .midi_merge import Merger
-from .midi_port import OpenInput, Port, PortLists, stable_name
+from .midi_port import OpenInput, Port, PortLists
 from .midi_talk import Talk
 
 SERVER_GONE = 3  # exit code: libjack is best left after its server has died, with the whole process
@@ -56,7 +56,7 @@ class MidiHost:
         self._merger = Merger(self._lane, self._clock)
         self._choice = Choice(**settings["choice"])
         self._virtual = settings["virtual"]
-        self._lists, self._failed = PortLists(), set()
+        self._lists, self._failed, self._told = PortLists(), set(), set()
         self._next_list = self._next_report = 0
         self._told_ports, self._longest_ns, self._polled_ns = None, 0, 0
         if settings["resume"]:
@@ -92,16 +92,14 @@ class MidiHost:
     def _tend_ports(self):
         """Close what has gone, open what has come."""
         listed = self._lists.look()
-        wanted = self._choice.ports(listed)
+        there = {port.identity for port in listed}
+        wanted = {port.identity: port for port in self._choice.ports(listed)}
         for one in self._merger.inputs:
-            if not one.virtual and one.port not in wanted:
-                gone = one.port not in listed
-                self._merger.remove(one, "has gone" if gone else "makes way")
-        open_now = {stable_name(one.port) for one in self._merger.inputs if not one.virtual}
+            if not one.virtual and one.port.identity not in wanted:
+                self._merger.remove(one, "makes way" if one.port.identity in there else "has gone")
         self._failed &= set(wanted)
-        for port in wanted:
-            if stable_name(port) not in open_now and port not in self._failed:
-                self._open(port)
+        for identity in wanted.keys() - {one.port.identity for one in self._merger.inputs} - self._failed:
+            self._open(wanted[identity])
         if self._virtual is not None and not any(one.virtual for one in self._merger.inputs):
             self._open_virtual()
         news = self._choice.news() + self._merger.news
@@ -114,19 +112,19 @@ class MidiHost:
         try:
             self._merger.add(OpenInput(port))
         except DeviceError as error:
-            self._failed.add(port)  # not tried again until it has been away
+            self._failed.add(port.identity)  # not tried again until it has been away
             self._merger.news.append(str(error))
 
     def _open_virtual(self):
         for api in self._lists.virtual_apis():
             try:
                 self._merger.add(OpenInput(Port(self._virtual, api, "virtual", 0), virtual=True))
-            except DeviceError as error:
-                if str(error) not in self._failed:
-                    self._failed.add(str(error))
-                    self._merger.news.append(str(error))
-            else:
                 return
+            except DeviceError as error:
+                reason = str(error)
+                if reason not in self._told:
+                    self._told.add(reason)
+                    self._merger.news.append(reason)
 
     def _report(self):
         _watch_oneself()

@@ -17,17 +17,28 @@ CLIENT = "ukrt"
 _QUEUE = 16384  # messages RtMidi keeps until polled; its own default of 1024 loses notes in bursts
 _AT_ONCE = 1024  # messages taken from one input before the others have their turn
 _AGAIN_SECONDS = 2.0  # between two looks for an API that does not answer
-_ALSA_NUMBER = re.compile(r" \d+:\d+$")  # ALSA ends names with client:port, which change when plugged in again
+_NUMBERS = {  # what names end with changes when a port is plugged in again
+    "ALSA": re.compile(r" \d+:\d+$"),  # client:port
+    "Windows MultiMedia": re.compile(r" \d+$"),  # the place in the list
+}
 
 _LOOP = "Midi Through"  # ALSA's loop from programs to programs is no device
 _BRIDGES = ("system:", "a2j:", "Midi-Bridge:")  # JACK's and PipeWire's views of what ALSA lists as well
 
-Port = namedtuple("Port", "name api api_name number")
+
+class Port(namedtuple("Port", "name api api_name number")):
+    """A MIDI input in a list: its full name, RtMidi's number and name of the API, the place in the API's list."""
+
+    @property
+    def identity(self):
+        """What stays while the port is there, wherever it stands in the list."""
+        return self.api, self.name
 
 
 def stable_name(port):
     """The name of a port without what changes when it is plugged in again (str)."""
-    return _ALSA_NUMBER.sub("", port.name)
+    number = _NUMBERS.get(port.api_name)
+    return number.sub("", port.name) if number else port.name
 
 
 def shown_name(port):
@@ -40,6 +51,15 @@ def devices(ports):
     real = [port for port in ports if _LOOP not in port.name]
     direct = [port for port in real if not port.name.startswith(_BRIDGES)]
     return direct if any(port.api_name != "Jack" for port in direct) else real
+
+
+def distinct(names):
+    """The names with a number behind those that have come before (list of str): two keyboards of one kind on macOS."""
+    seen = []
+    for name in names:
+        earlier = names[: len(seen)].count(name)
+        seen.append(f"{name} #{earlier + 1}" if earlier else name)
+    return seen
 
 
 class PortLists:
@@ -69,7 +89,7 @@ class PortLists:
         return [
             Port(name, api, self._rtmidi.get_api_display_name(api), number)
             for api in self._apis
-            for number, name in enumerate(self._names(api))
+            for number, name in enumerate(distinct(self._names(api)))
         ]
 
     def virtual_apis(self):
