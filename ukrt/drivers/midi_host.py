@@ -98,8 +98,10 @@ class MidiHost:
             if not one.virtual and one.port.identity not in wanted:
                 self._merger.remove(one, "makes way" if one.port.identity in there else "has gone")
         self._failed &= set(wanted)
-        for identity in wanted.keys() - {one.port.identity for one in self._merger.inputs} - self._failed:
-            self._open(wanted[identity])
+        settled = {one.port.identity for one in self._merger.inputs} | self._failed
+        for identity, port in wanted.items():
+            if identity not in settled:
+                self._open(port)
         if self._virtual is not None and not any(one.virtual for one in self._merger.inputs):
             self._open_virtual()
         news = self._choice.news() + self._merger.news
