@@ -17,6 +17,8 @@ convolver's plan) is copied to the bit; what differs is carried over by these ru
 At one sample rate frames stay what they are; at another, what is to come is scaled about the present frame.
 """
 
+import numpy as np
+
 from ukrt.engine import layout as at
 from ukrt.engine.kernels import convolve_layout as convolver
 from ukrt.engine.kernels.energy import total_energy
@@ -65,7 +67,8 @@ def transfer_state(d0, i0, v0, vi0, d1, i1, v1, vi1, now):
     bound_energy(d1, i1, MOST_ENERGY * total_energy(d0, i0))
     transfer_player(d0, i0, d1, i1, now, pace)
     if pace == 1.0 and i0[at.H_CONVOLVE] and i1[at.H_CONVOLVE] and _same_plan(vi0, vi1):
-        for k in range(vi0[convolver.STATE_START], vi0[convolver.STATE_STOP]):
+        # 1.5 MB of a half-second response; unsigned, or each index is looked at for a sign: twice the time
+        for k in range(np.uint64(vi0[convolver.STATE_START]), np.uint64(vi0[convolver.STATE_STOP])):
             v1[k] = v0[k]
 
 
