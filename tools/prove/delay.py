@@ -21,8 +21,8 @@ from .server import RATE, ProofError, jack_server
 WAYS = ("jack", "portaudio")
 _GAP, _SPREAD = 9600, 4800  # frames between notes: the last one has died, and no two fall on the same place of a block
 _BEFORE = 400  # frames that must be quiet before a note
-_QUIET = 1e-6  # what may be left there; a note's first sample is 4e-6, its second 1e-5
-_FIRST = 8.0  # times that: the note has begun
+_QUIET = 4e-7  # what second differences may be left there; those of a note's first sample are 4e-6
+_FIRST = 8.0  # times what is left: the note has begun
 _SEARCH = RATE // 10
 
 
@@ -106,7 +106,9 @@ def _find_notes(path, offsets):
     import soundfile
 
     sound, _ = soundfile.read(path, dtype="float32", always_2d=True)
-    heard, markers = np.abs(sound[:, 0]), np.flatnonzero(sound[:, 1] > 0.5)
+    # What is left of the last note swings slowly; its second differences are far below a beginning note's.
+    heard = np.abs(np.diff(sound[:, 0].astype(float), 2, prepend=[0.0, 0.0]))
+    markers = np.flatnonzero(sound[:, 1] > 0.5)
     found = {"delays": [], "from_cycle": [], "markers": len(markers), "not_quiet_before": 0, "not_heard": 0}
     complete = len(markers) == len(offsets)
     for k, at in enumerate(markers):
