@@ -7,6 +7,7 @@ body at the bass and the treble end of the bridge for each of them.
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
+from ukrt.engine.kernels.sleep import rest_string
 from ukrt.engine.kernels.solve import P_PUSH, solve_constraints
 from ukrt.engine.kernels.sweep import sweep_string
 
@@ -28,6 +29,9 @@ def advance(d, i, n_samples):
             d[at.STRINGS_OUT + k * at.LANES + s] = -d[at.LAM_Y + s]
         for s in range(n_strings):
             own_i = at.STRING_I + s * at.STRING_I_SIZE
-            sweep_string(d, i[own_i + at.SI_TILE], i[own_i + at.SI_END], s, i[own_i + at.SI_EXTRA])
+            if i[own_i + at.SI_SLEEP] == at.ASLEEP:
+                rest_string(d, s)
+            else:
+                sweep_string(d, i[own_i + at.SI_TILE], i[own_i + at.SI_END], s, i[own_i + at.SI_EXTRA])
         if i[at.H_BUSY]:
             end_sample(d, i)

@@ -15,9 +15,12 @@ from ukrt.engine.kernels.convolve_layout import (
     BLOCK,
     CHANNEL,
     DELAY,
+    DROP,
+    DROPPED,
     FIRST,
     HEAD,
     HEADER,
+    HEARD,
     HISTORY,
     HISTORY_LENGTH,
     IN_LENGTH,
@@ -36,7 +39,9 @@ from ukrt.engine.kernels.convolve_layout import (
     PROGRAM,
     RADIX,
     RECORD,
+    SHED,
     SIZE,
+    SIZES,
     SPECTRA,
     STATE_START,
     STATE_STOP,
@@ -47,6 +52,7 @@ from ukrt.engine.kernels.convolve_layout import (
     TABLE,
     TAIL,
     TAIL_LENGTH,
+    WHOLE,
     WORK,
 )
 from ukrt.engine.kernels.convolve_vector import add_products, head_of_four
@@ -114,6 +120,29 @@ def convolver_reset(v, vi):
     """Bring a convolver to rest."""
     for at in range(vi[STATE_START], vi[STATE_STOP]):
         v[at] = 0.0
+    for at in range(SHED, DROP + vi[LEVELS]):
+        vi[at] = 0
+
+
+@kernel
+def convolver_shed(vi, levels):
+    """From the next block of 64 frames on leave out the longest ``levels`` of the three sizes; 0: none.
+
+    A level always falls silent and comes back by whole periods, products and inverse transforms left out. What a
+    period adds to the output swells over its N frames and fades over the next N by itself, since all its products have
+    just one term there, then two, ...; so no ramp is needed. Forward transforms go on: what comes back is complete.
+    """
+    vi[SHED] = levels
+
+
+@kernel
+def _to_drop(vi, level, into):
+    """Whether the level's present period is to be left out, as long as nothing of it has been heard."""
+    if into == 0:
+        vi[DROP + level] = WHOLE
+    if vi[DROP + level] == WHOLE and level >= len(SIZES) - vi[SHED]:
+        vi[DROP + level] = DROPPED
+    return vi[DROP + level] == DROPPED
 
 
 @kernel
@@ -171,8 +200,12 @@ def _finish_block(v, vi, frame):
         size = vi[record + SIZE]
         into = frame & (size - 1)
         place = vi[record + PROGRAM] + into // BLOCK
+        dropped = _to_drop(vi, level, into)
         for step in range(vi[place], vi[place + 1], STEP):
-            _run_step(v, vi, record, step, frame - into)
+            if not (dropped and vi[step + OP] >= OP_PRODUCT):
+                _run_step(v, vi, record, step, frame - into)
+            if vi[step + OP] == OP_ADD and not dropped:
+                vi[DROP + level] = HEARD
 
 
 @kernel

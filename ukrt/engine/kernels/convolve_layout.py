@@ -18,8 +18,10 @@ MAX_TAPS = 400_000  # 2 s at 192 kHz, and some more
 RADIX = 8  # of the first pass of all three sizes
 
 # Header of vi: offsets into v, except where said otherwise
-LEVELS, IN_RING, IN_LENGTH, TAIL, TAIL_LENGTH, HISTORY, HEAD, SUMS, STATE_START, STATE_STOP = range(10)
+LEVELS, IN_RING, IN_LENGTH, TAIL, TAIL_LENGTH, HISTORY, HEAD, SUMS, STATE_START, STATE_STOP, SHED, DROP = range(12)
 HEADER = 16
+# SHED: how many of the last levels are to be silent; DROP and the next two: whether a level's present period is
+WHOLE, DROPPED, HEARD = range(3)  # nothing of it heard yet; not computed; its sound has begun: too late to drop it
 # A level's record in vi; PROGRAM is an offset into vi: for every slot the first step's offset, then the last step's end
 SIZE, DELAY, PARTITIONS, SPECTRA, INPUTS, WORK, PRODUCT, PROGRAM = range(8)
 RECORD = 8

@@ -7,6 +7,7 @@ by gestures.
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.sleep import bridge_motion
 
 
 @kernel
@@ -16,8 +17,11 @@ def _mode_energy(a, b, now, before):
 
 @kernel
 def string_energy(d, i, s):
-    """Energy of string ``s`` [J], its fingers not included."""
+    """Energy of string ``s`` [J], its fingers not included; of one that sleeps, the energy of the spring it is."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
+    if i[own_i + at.SI_SLEEP] == at.ASLEEP:
+        now, before = bridge_motion(d, i, s)
+        return 0.25 * d[at.V + s] * (now * now + before * before)
     total = 0.0
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE

@@ -11,9 +11,11 @@ from ukrt.engine import gestures as kinds
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.ports import port_motion
+from ukrt.engine.kernels.sleep import wake_for_hands
 from ukrt.engine.kernels.slide import begin_slide
 
 SHORTEST_PLUCK = 2  # samples: what the hat that averages the force can resolve
+ONE_CONTACT = 3  # shedding level from which new fingers and dampers have one contact
 RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go: far stiffer than any string (choice)
 
 # What is to be done about a string's ports before the next sample; bits of SI_CHANGED.
@@ -29,20 +31,36 @@ def move_row(d, s, source, target):
 
 
 @kernel
+def _contacts_to_set(d, i, table, count):
+    """First and number of the ``count`` contacts of the preset that a new finger or damper gets.
+
+    All, or from shedding level 3 on the one nearest the bridge: of a finger it is the one that sets the pitch.
+    """
+    if i[at.H_SHED] < ONE_CONTACT or count < 2:
+        return 0, count
+    best = 0
+    for j in range(1, count):
+        offset = d[at.CONTACTS + (table + j) * at.CONTACT_SIZE + at.C_OFFSET]
+        if offset > d[at.CONTACTS + (table + best) * at.CONTACT_SIZE + at.C_OFFSET]:
+            best = j
+    return best, 1
+
+
+@kernel
 def _press(d, i, s, place, frames):
     """The stopping finger comes down, at rest."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    n_finger = i[at.H_FINGER]
+    first, n_finger = _contacts_to_set(d, i, 0, i[at.H_FINGER])
     if i[own_i + at.SI_FINGER] > 0:
         remove_finger(d, i, s)
     for j in range(i[own_i + at.SI_DAMPER], 0, -1):
         move_row(d, s, j, j + n_finger)
     for j in range(n_finger):
-        contact, row = at.CONTACTS + j * at.CONTACT_SIZE, (j + 1) * at.LANES + s
+        contact, row = at.CONTACTS + (first + j) * at.CONTACT_SIZE, (j + 1) * at.LANES + s
         d[at.FIN_A + row], d[at.FIN_B + row] = d[contact + at.C_A], d[contact + at.C_B]
         d[at.FIN_G + row] = d[contact + at.C_G]
         d[at.FIN_Y + row] = d[at.FIN_Z + row] = d[at.FIN_Y1 + row] = d[at.FIN_Z1 + row] = 0.0
-    i[own_i + at.SI_FINGER] = n_finger
+    i[own_i + at.SI_FINGER], i[own_i + at.SI_FINGER_FROM] = n_finger, first
     d[own + at.S_FINGER_PLACE] = place
     i[own_i + at.SI_LAND_AT], i[own_i + at.SI_LAND_LENGTH] = 0, max(frames, 1)
     i[own_i + at.SI_MOVE_LENGTH] = 0
@@ -68,7 +86,7 @@ def set_grip(d, i, s, grip):
     """
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     for j in range(i[own_i + at.SI_FINGER]):
-        compliance = d[at.CONTACTS + j * at.CONTACT_SIZE + at.C_G]
+        compliance = d[at.CONTACTS + (i[own_i + at.SI_FINGER_FROM] + j) * at.CONTACT_SIZE + at.C_G]
         if compliance == 0.0:
             compliance = RIGID_COMPLIANCE
         d[at.FIN_G + (1 + j) * at.LANES + s] = compliance / grip
@@ -94,7 +112,8 @@ def set_damper(d, i, s, level):
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     d[own + at.S_DAMP_LEVEL] = level
     for j in range(i[own_i + at.SI_DAMPER]):
-        ratio = d[at.CONTACTS + (at.MAX_CONTACTS + j) * at.CONTACT_SIZE + at.C_DAMPER]
+        contact = at.CONTACTS + (at.MAX_CONTACTS + i[own_i + at.SI_DAMPER_FROM] + j) * at.CONTACT_SIZE
+        ratio = d[contact + at.C_DAMPER]
         resistance = max(level, 1e-4) * ratio * d[own + at.S_IMPEDANCE]
         d[at.FIN_G + (1 + i[own_i + at.SI_FINGER] + j) * at.LANES + s] = 2.0 / (d[at.METER + at.M_RATE] * resistance)
 
@@ -106,10 +125,11 @@ def _damp(d, i, s, level, frames):
     if i[own_i + at.SI_DAMPER] == 0:
         if level <= 0.0 or i[at.H_DAMPER] == 0:
             return
+        contact, n_damper = _contacts_to_set(d, i, at.MAX_CONTACTS, i[at.H_DAMPER])
         first = 1 + i[own_i + at.SI_FINGER]
-        i[own_i + at.SI_DAMPER] = i[at.H_DAMPER]
+        i[own_i + at.SI_DAMPER], i[own_i + at.SI_DAMPER_FROM] = n_damper, contact
         set_damper(d, i, s, 0.0)
-        for j in range(first, first + i[at.H_DAMPER]):
+        for j in range(first, first + n_damper):
             row = j * at.LANES + s
             d[at.FIN_A + row], d[at.FIN_B + row] = 0.0, 1.0
             d[at.LAND_Y + row] = d[at.LAND_Z + row] = 0.0
@@ -147,6 +167,8 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
         i[at.H_GESTURES_DROPPED] += 1
         return
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    if i[at.H_SHED] > 0:
+        wake_for_hands(d, i, kind, s)
     frames = int(max(p1, 1.0))
     if kind == kinds.PLUCK:
         _pluck(d, i, s, p0, p1, p2, int(max(p3, 1.0)))

@@ -24,7 +24,7 @@ def mode_damping(d, own, n, ratio, omega):
     p = (2 * n - 1) * math.pi / (2.0 * d[own + at.S_LENGTH])
     tension = d[own + at.S_TENSION] * ratio
     bending = d[own + at.S_STIFFNESS] * p * p
-    lost = tension * (d[own + at.S_LOSS_INTERNAL] + d[own + at.S_LOSS_AIR] / omega)
+    lost = tension * (d[own + at.S_LOSS_INTERNAL] + (d[own + at.S_LOSS_AIR] + d[own + at.S_HUSH]) / omega)
     lost += d[own + at.S_LOSS_BENDING] * bending
     return 0.5 * lost / (tension + bending)
 

@@ -42,11 +42,13 @@ def _list_ports(d, i, s):
     d[own + at.S_PORT_X] = d[own + at.S_LENGTH]
     n = 1
     for j in range(i[own_i + at.SI_FINGER]):
-        offset = d[at.CONTACTS + j * at.CONTACT_SIZE + at.C_OFFSET]
+        contact = at.CONTACTS + (i[own_i + at.SI_FINGER_FROM] + j) * at.CONTACT_SIZE
+        offset = d[contact + at.C_OFFSET]
         d[own + at.S_PORT_X + n] = contact_place(d, own, offset, d[own + at.S_FINGER_PLACE])
         n += 1
     for j in range(i[own_i + at.SI_DAMPER]):
-        share = d[at.CONTACTS + (at.MAX_CONTACTS + j) * at.CONTACT_SIZE + at.C_OFFSET]
+        contact = at.CONTACTS + (at.MAX_CONTACTS + i[own_i + at.SI_DAMPER_FROM] + j) * at.CONTACT_SIZE
+        share = d[contact + at.C_OFFSET]
         d[own + at.S_PORT_X + n] = share * d[own + at.S_LENGTH]
         n += 1
     if i[own_i + at.SI_PLUCK] == 1:
@@ -129,6 +131,16 @@ def sum_string(d, i, s):
 
 
 @kernel
+def set_solver_ports(i):
+    """How many ports a string the solver must look at: the most that any string has that is not asleep."""
+    most = 0
+    for s in range(i[at.H_STRINGS]):
+        if i[at.STRING_I + s * at.STRING_I_SIZE + at.SI_SLEEP] != at.ASLEEP:
+            most = max(most, count_contacts(i, s))
+    i[at.H_PORTS] = 1 + most
+
+
+@kernel
 def refit_string(d, i, s):
     """Everything that follows from a new set of ports, or from a new tension; the old ports' places still stand."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
@@ -150,10 +162,7 @@ def refit_string(d, i, s):
     measure_ports(d, i, s)
     invert_ports(d, i, s)
     sum_string(d, i, s)
-    most = 0
-    for string in range(i[at.H_STRINGS]):
-        most = max(most, count_contacts(i, string))
-    i[at.H_PORTS] = 1 + most
+    set_solver_ports(i)
 
 
 @kernel

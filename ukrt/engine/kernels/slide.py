@@ -64,7 +64,7 @@ def _aim(d, i, s):
     place = _place_at(d, i, s, i[own_i + at.SI_MOVE_AT] + SEGMENT)
     d[own + at.S_FINGER_PLACE] = place
     for j in range(i[own_i + at.SI_FINGER]):
-        offset = d[at.CONTACTS + j * at.CONTACT_SIZE + at.C_OFFSET]
+        offset = d[at.CONTACTS + (i[own_i + at.SI_FINGER_FROM] + j) * at.CONTACT_SIZE + at.C_OFFSET]
         d[own + at.S_PORT_X + 1 + j] = contact_place(d, own, offset, place)
     set_columns(d, i, s, 1, 1 + i[own_i + at.SI_FINGER])
     _aim_pseudo_columns(d, i, s, n_ports)
