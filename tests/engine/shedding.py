@@ -4,7 +4,9 @@ import numpy as np
 
 from ukrt.engine import layout as at
 from ukrt.engine import stage_layout as stage_at
+from ukrt.engine.discretize import aligned
 from ukrt.engine.engine import Engine
+from ukrt.engine.kernels.convolve import convolver_prepare, convolver_size
 from ukrt.engine.kernels.shed import EVERY
 from ukrt.model.presets import load_preset
 
@@ -28,6 +30,14 @@ def play(messages, frames, levels=None, *, block=EVERY, signal="pressure", guita
         pieces.append(engine.process(min(block, frames - start)))
         asleep.append((engine.frame, sleepers(engine._i).count(at.ASLEEP)))
     return np.concatenate(pieces), engine, asleep
+
+
+def convolver(response):
+    """A convolver's arrays (v, vi) for ``response``, at rest."""
+    n_v, n_vi = convolver_size(len(response))
+    v, vi = aligned(n_v, np.float64), aligned(n_vi, np.int64)
+    convolver_prepare(response, v, vi)
+    return v, vi
 
 
 def sleepers(i):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from engine.test_shed import _convolver
+from engine.shedding import convolver
 
 from ukrt.engine.kernels.convolve import convolve_chunk, convolver_reset, convolver_shed
 
@@ -17,7 +17,7 @@ def _response(n_taps=20000):
 
 def _convolve(response, force, changes=None):
     """``changes``: {frame: levels left out}, at multiples of 64."""
-    v, vi = _convolver(response)
+    v, vi = convolver(response)
     out, piece = np.zeros((len(force), 2)), np.zeros(2 * BLOCK)
     for start in range(0, len(force), BLOCK):
         if start in (changes or {}):
@@ -83,8 +83,8 @@ def test_a_short_response_has_no_tail_to_leave_out():
 
 def test_reset_takes_the_whole_response_up_again():
     response = _response()
-    v, vi = _convolver(response)
+    v, vi = convolver(response)
     convolver_shed(vi, 1)
     convolver_reset(v, vi)
-    fresh = _convolver(response)
+    fresh = convolver(response)
     assert np.array_equal(vi, fresh[1]) and np.array_equal(v, fresh[0])

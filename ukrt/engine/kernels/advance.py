@@ -16,6 +16,7 @@ from ukrt.engine.kernels.sweep import sweep_string
 def advance(d, i, n_samples):
     """Advance everything by ``n_samples``; forces in newtons to BRIDGE (bass, then treble) and STRINGS_OUT."""
     n_strings, body_vectors = i[at.H_STRINGS], i[at.H_BODY]
+    shedding = i[at.H_SHED] > 0
     for k in range(n_samples):
         if i[at.H_BUSY]:
             begin_sample(d, i)
@@ -29,7 +30,7 @@ def advance(d, i, n_samples):
             d[at.STRINGS_OUT + k * at.LANES + s] = -d[at.LAM_Y + s]
         for s in range(n_strings):
             own_i = at.STRING_I + s * at.STRING_I_SIZE
-            if i[own_i + at.SI_SLEEP] == at.ASLEEP:
+            if shedding and i[own_i + at.SI_SLEEP] == at.ASLEEP:
                 rest_string(d, s)
             else:
                 sweep_string(d, i[own_i + at.SI_TILE], i[own_i + at.SI_END], s, i[own_i + at.SI_EXTRA])

@@ -1,4 +1,4 @@
-"""Strings that sleep: one that is nearly silent costs nothing until a hand touches it again.
+"""Strings that sleep (only while H_SHED is above 0): one that is nearly silent costs nothing until a hand touches it.
 
 Enter an instance between two samples; leave one string hushed (losing its motion quickly), asleep or awake. Asleep it
 is to the bridge what it is to slow motion: a spring, its lane of the solver holding the stiffness and nothing else.
