@@ -109,6 +109,19 @@ def test_the_child_plays_and_ends(jack, engine):
     assert not engine.recover()
 
 
+@pytest.mark.parametrize(("outputs", "channels", "opened"), [(1, None, 1), (6, None, 2), (6, 1, 1), (6, 5, 5)])
+def test_cards_of_one_and_of_many_channels(jack, engine, outputs, channels, opened):
+    jack.stop()
+    jack.start(outputs=outputs)
+    output = AudioProcess(engine, channels=channels)
+    output.start()
+    try:
+        wait_until(lambda: engine.frame >= 4800)
+        assert sum(port.startswith("PortAudio:") for port in jack.ports()) == opened
+    finally:
+        assert output.close()
+
+
 def test_what_cannot_be_opened_is_told_in_the_words_of_this_process(jack, engine):
     with pytest.raises(DeviceError, match="no audio output 'piano'; there is 0 "):
         AudioProcess(engine, "piano")

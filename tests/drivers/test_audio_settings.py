@@ -97,18 +97,21 @@ ABSURD = [
     {"latency": -0.1},
     {"latency": 11.0},
     {"latency": "lowest"},
+    {"channels": 0},
+    {"channels": 1.5},
+    {"channels": 100_000},
 ]
 
 
 @pytest.mark.parametrize("settings", ABSURD, ids=str)
 def test_absurd_numbers_never_reach_portaudio(settings):
     """PortAudio opens a stream of NaN Hz, and ends the program over a block of 1e9 frames."""
-    with pytest.raises(DeviceError, match="is not possible; it must be"):
+    with pytest.raises(DeviceError, match="not possible; it must be"):
         audio.check_settings(**settings)
     engine = types.SimpleNamespace(sample_rate=48000.0, channels=2)
-    with pytest.raises(DeviceError, match="is not possible"):
+    with pytest.raises(DeviceError, match="not possible"):
         audio.AudioOutput(engine, audio.find_output(), **settings)
-    with pytest.raises(DeviceError, match="is not possible"):
+    with pytest.raises(DeviceError, match="not possible"):
         audio_process.AudioProcess(engine, **settings)
 
 
@@ -121,6 +124,6 @@ def test_whatever_some_card_may_want_is_let_through(settings):
 
 
 def test_more_channels_than_the_card_has_are_refused():
-    engine = types.SimpleNamespace(sample_rate=48000.0, channels=6)
-    with pytest.raises(DeviceError, match="'system' has 2 channels, but 6 "):
-        audio.AudioOutput(engine, audio.find_output("system"))
+    engine = types.SimpleNamespace(sample_rate=48000.0, channels=2)
+    with pytest.raises(DeviceError, match="'system' has 2 channels, 6 were asked for"):
+        audio.AudioOutput(engine, audio.find_output("system"), channels=6)

@@ -17,7 +17,8 @@ from .quiet import quiet_stderr
 RATES = (8000.0, 768000.0)  # Hz: what any sound card has
 MOST_FRAMES = 65536  # in a block: more is a mistake, and PortAudio allocates whatever it is told
 MOST_SECONDS = 10.0  # of latency
-_OPEN = {}  # stream -> engine: everything that PortAudio may still call, whoever else has let go of it
+MOST_CHANNELS = 256  # of a card
+_OPEN = {}  # stream -> engine and host: everything that PortAudio may still call, whoever else has let go of it
 _CLOSE_SECONDS = 3.0  # closing hangs for ever where an audio server died; measured closings take 0.05 s
 
 
@@ -108,7 +109,7 @@ def choose_rate(device, wanted=None, channels=2, preferred=48000.0):
     return float(preferred)
 
 
-def check_settings(sample_rate=48000.0, block_size=None, latency="low"):
+def check_settings(sample_rate=48000.0, block_size=None, latency="low", channels=None):
     """Refuse what PortAudio would take without a word, or die of: no number, or a number out of all proportion."""
     low, high = RATES
     if not _is_number(sample_rate) or not low <= sample_rate <= high:
@@ -124,6 +125,10 @@ def check_settings(sample_rate=48000.0, block_size=None, latency="low"):
         )
 
 
+    if channels is not None and channels not in range(1, MOST_CHANNELS + 1):
+        raise DeviceError(f"{channels} channels are not possible; it must be a whole number from 1 to {MOST_CHANNELS}")
+
+
 def _is_number(value):
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -134,7 +139,7 @@ class AudioOutput:
     Parameters
     ----------
     engine : Engine or Attached
-        Gives ``callback_address`` and ``userdata_address``; the callback writes ``channels`` interleaved channels.
+        Gives ``callback_address`` and ``userdata_address``; the callback writes ``engine.channels`` interleaved ones.
     device : OutputDevice
     block_size : int, optional
         Frames per callback; 0 lets the host decide, which is JACK's way and the default there, elsewhere 128.
@@ -143,13 +148,14 @@ class AudioOutput:
     sample_rate : float [Hz], optional
         By default the engine's.
     channels : int, optional
-        By default the engine's; a card that has more is opened with these, its first ones.
+        How many of the card's channels to open; by default the engine's, or fewer where the card has no more. See
+        `spread` for what is heard on which.
     """
 
     def __init__(self, engine, device, block_size=None, *, latency="low", sample_rate=None, channels=None):
         sample_rate = engine.sample_rate if sample_rate is None else sample_rate
-        channels = engine.channels if channels is None else channels
-        check_settings(sample_rate, block_size, latency)
+        check_settings(sample_rate, block_size, latency, channels)
+        channels = min(engine.channels, device.channels) if channels is None else channels
         sounddevice = _portaudio()
         import cffi
 
@@ -157,8 +163,13 @@ class AudioOutput:
         if block_size is None:
             block_size = 0 if "jack" in device.host_api.lower() else 128
         if channels > device.channels:
-            words = f"the audio output {device.name!r} has {device.channels} channels, but {channels} are to be played"
+            words = f"the audio output {device.name!r} has {device.channels} channels, {channels} were asked for"
             raise DeviceError(words)
+        host = engine
+        if channels != engine.channels:
+            from .spread import Spread
+
+            host = Spread(engine, channels)
         try:
             with quiet_stderr():
                 self._stream = sounddevice._StreamBase(
@@ -169,13 +180,14 @@ class AudioOutput:
                     samplerate=sample_rate,
                     blocksize=int(block_size),
                     latency=latency,
-                    callback=ffi.cast("void *", engine.callback_address),
-                    userdata=ffi.cast("void *", engine.userdata_address),
+                    callback=ffi.cast("void *", host.callback_address),
+                    userdata=ffi.cast("void *", host.userdata_address),
                 )
         except sounddevice.PortAudioError as error:
             asked = f"{sample_rate:.0f} Hz, {channels} channels, blocks of {block_size or 'any number of'} frames"
             raise DeviceError(_refusal(device, asked, error)) from error
-        _OPEN[self._stream] = self._engine = engine
+        self._engine = engine
+        _OPEN[self._stream] = engine, host
         self.name = f"{device.name} ({device.host_api})"
         self.block_size = int(block_size)
         self.sample_rate = float(self._stream.samplerate)

@@ -43,21 +43,17 @@ class AudioHost:
         rate = audio.choose_rate(device, sample_rate, channels, preferred)
         return {"device": dataclasses.asdict(device), "sample_rate": rate}
 
-    def open(self, manifest, wanted=None, host_api=None, sample_rate=None, block_size=None, latency="low"):
-        """Open a stream for the engine that ``manifest`` describes."""
-        audio.check_settings(48000.0 if sample_rate is None else sample_rate, block_size, latency)
-        channels = manifest["channels"]
+    def open(self, manifest, wanted=None, host_api=None, sample_rate=None, channels=None, **settings):
+        """Open a stream for the engine that ``manifest`` describes; ``settings`` are ``block_size`` and ``latency``."""
         device = audio.find_output(wanted, host_api)
         if device is None:
             raise DeviceError("no sound card found")
-        rate = audio.choose_rate(device, sample_rate, channels, manifest["sample_rate"])
+        rate = audio.choose_rate(device, sample_rate, channels or manifest["channels"], manifest["sample_rate"])
         from ..engine.attached import attach  # here, so that a listing need not wait for the compiler's library
 
         self._notes.append(scheduling.lock_memory())  # so that what is attached now is there before it is used
         self._attached = attach(manifest)
-        self.output = audio.AudioOutput(
-            self._attached, device, block_size, latency=latency, sample_rate=rate, channels=channels
-        )
+        self.output = audio.AudioOutput(self._attached, device, sample_rate=rate, channels=channels, **settings)
         return {
             "device": dataclasses.asdict(device),
             "name": self.output.name,

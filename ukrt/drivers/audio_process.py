@@ -140,6 +140,9 @@ class AudioProcess:
     block_size : int, optional
         Frames per callback; 0 lets the host decide, which is JACK's way and the default there, elsewhere 128.
     latency : {"low", "high"} or float [s]
+    channels : int, optional
+        How many of the card's channels to open: with one it gets the mean of left and right, with more than two left
+        and right go to the first two. By default two, or one where the card has no more.
 
     Raises
     ------
@@ -147,8 +150,18 @@ class AudioProcess:
         The device is not there or refuses, or does not answer.
     """
 
-    def __init__(self, engine, wanted=None, *, host_api=None, sample_rate=None, block_size=None, latency="low"):
-        check_settings(engine.sample_rate if sample_rate is None else sample_rate, block_size, latency)
+    def __init__(
+        self,
+        engine,
+        wanted=None,
+        *,
+        host_api=None,
+        sample_rate=None,
+        block_size=None,
+        latency="low",
+        channels=None,
+    ):
+        check_settings(engine.sample_rate if sample_rate is None else sample_rate, block_size, latency, channels)
         self._engine = engine
         self._notes = []
         self._child = Child()
@@ -161,6 +174,7 @@ class AudioProcess:
                 sample_rate=sample_rate,
                 block_size=block_size,
                 latency=latency,
+                channels=channels,
             )
         except BaseException:  # also an interrupt: nobody else knows the child
             self._child.kill()
