@@ -48,9 +48,14 @@ def test_names_connections_and_latencies(world):
     assert one.ports() == {"out_left": ["system:playback_1"], "out_right": ["system:playback_2"], "midi_in": []}
     sender = world.open(Sender, "Keyboard")
     wait_until(lambda: "MIDI from Keyboard:out is connected" in one.tend())
-    wait_until(lambda: two.tend() == ["MIDI from Keyboard:out is connected"])
+    wait_until(lambda: "MIDI from Keyboard:out is connected" in two.tend())
     assert two.ports() == {"out_left": [], "out_right": [], "midi_in": ["Keyboard:out"]}
     assert one.tend() == []
+    sender.client.disconnect("Keyboard:out", "ukrt:midi_in")
+    wait_until(lambda: one.tend() == ["MIDI from Keyboard:out is gone"])
+    assert one.tend() == [] and one.ports()["midi_in"] == []
+    sender.client.connect("Keyboard:out", "ukrt:midi_in")
+    wait_until(lambda: one.tend() == ["MIDI from Keyboard:out is connected"])
     ranges = one.latency_ranges()
     playback = ranges["out_left"][1]
     assert playback[0] == playback[1] >= 128 and ranges["midi_in"][1] == playback

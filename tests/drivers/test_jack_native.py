@@ -59,6 +59,14 @@ def play(sender, messages, seconds=0.02):
     wait_until(lambda: not sender.waiting)
 
 
+def waiting(engine):
+    """Messages in JACK's lane (list of (frame, word))."""
+    si, lane, step = engine._si, stage.LANE_JACK, stage.LANE_STEP
+    numbers = range(si[stage.LANE_READ + step * lane], si[stage.LANE_WRITE + step * lane])
+    slots = [stage.QUEUES + stage.LANE_SIZE * lane + 2 * (k % stage.QUEUE) for k in numbers]
+    return [(int(si[slot]), int(si[slot + 1])) for slot in slots]
+
+
 NOTES = [bytes([0x90, 40 + 5 * k % 32, 60 + 9 * k % 60]) for k in range(12)] + [b"\xe0\x00\x50", b"\x80\x28\x40"]
 
 
@@ -165,6 +173,8 @@ def test_the_server_dies_and_another_comes(world, engine, how):
     assert output.tend() == [] and output.ports() == {}
     assert output.close() and output.close()
     world.close()
+    still = {int(word) >> 8 & 0x7F for frame, word in engine.journal(0)[1] if word >> 16 == 0x90} - {0x28}
+    assert {word >> 8 & 0x7F for _, word in waiting(engine)} == still and len(still) > 3  # keys that nobody lets go
     frame, energy = engine.frame, engine.energy()
     assert energy > 0.0 and find_server() is None
     with pytest.raises(DeviceError, match="no JACK server"):
@@ -201,6 +211,19 @@ def test_the_period_changes_while_playing(world, engine):
     heard = heard[begin + shift :][: len(expected) - begin]
     assert len(heard) > 24000 and np.array_equal(heard, expected[begin : begin + len(heard)])
     assert output.counts()["missed_frames"] == 0
+
+
+@SYNC
+def test_a_keyboard_that_goes_lets_go_of_its_keys(world, engine):
+    output, sender = world.started(engine), world.open(Sender)
+    output.tend()
+    play(sender, [b"\xb0\x40\x7f", b"\x90\x28\x50", b"\x90\x34\x50", b"\x80\x34\x00"])
+    wait_until(lambda: len(engine.journal(0)[1]) == 4)
+    assert [note["end_s"] for note in engine.note_log()] == [None, None]  # held by the key and by the pedal
+    sender.close()
+    wait_until(lambda: "MIDI from keyboard:out is gone" in output.tend())
+    wait_until(lambda: None not in [note["end_s"] for note in engine.note_log()])
+    assert {int(word) for word in engine.journal(0)[1][4:, 1]} == {0xB04000, 0x802800}
 
 
 def test_random_bytes_from_a_client_harm_nothing(world, engine):

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
+from ukrt.drivers.jack_table import held_messages
 from ukrt.engine import jack_layout as at
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels import jack, jack_notices
@@ -133,6 +134,26 @@ def test_frames_in_the_lane_never_go_back():
     assert [frame for frame, _ in server.queued()] == [20, 20]
 
 
+def test_what_is_held_is_let_go_once_when_that_is_wished():
+    server = FakeServer()
+    held = [b"\x90\x40\x50", b"\x9f\x00\x01", b"\x9f\x7f\x01", b"\xb3\x40\x7f", b"\xb3\x45\x40"]
+    over = [b"\x90\x41\x50\x41\x00", b"\x91\x20\x50", b"\x81\x20\x00", b"\xb0\x40\x40\x40\x3f", b"\xb0\x46\x7f"]
+    server.cycle(64, [(0, data) for data in held + over])
+    server.queued()
+    ends = {0x804000, 0x8F0000, 0x8F7F00, 0xB34000, 0xB34500}
+    assert {s << 16 | a << 8 | b for s, a, b in held_messages(server.table)} == ends
+    server.table[at.T_END_HELD] += 1
+    server.cycle(64, [(0, b"\x90\x42\x50")])
+    queued = server.queued()
+    assert {word for _, word in queued[:-1]} == ends and len(queued) == 6
+    assert queued[-1] == (64, 0x904250) and {frame for frame, _ in queued} == {64}
+    server.cycle(64)
+    assert server.queued() == []
+    server.table[at.T_END_HELD] += 2
+    server.cycle(64)
+    assert server.queued() == [(192, 0x804200)]
+
+
 def test_a_full_lane_refuses_and_counts():
     server = FakeServer()
     for _ in range(200):
@@ -183,6 +204,9 @@ def test_notices():
     ctypes.CFUNCTYPE(ctypes.c_int, POINTER)(jack_notices.count_up.address)(word(at.T_XRUNS))
     ctypes.CFUNCTYPE(None, UINT, ctypes.c_int, POINTER)(jack_notices.count_port.address)(7, 1, word(at.T_PORTS_SEEN))
     shutdown = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_char_p, POINTER)(jack_notices.note_shutdown.address)
+    joined = ctypes.CFUNCTYPE(None, UINT, UINT, ctypes.c_int, POINTER)(jack_notices.count_connection.address)
+    joined(7, 8, 0, word(at.T_CYCLES))
+    assert table[at.T_CYCLES] == 1
     assert [table[k] for k in (at.T_BLOCK, at.T_XRUNS, at.T_PORTS_SEEN, at.T_SHUTDOWN)] == [256, 1, 1, 0]
     for reason in (None, b"gone", b"x" * 1000):
         table[at.T_REASON : at.T_REASON + at.REASON_BYTES // 8] = 0

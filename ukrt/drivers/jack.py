@@ -11,7 +11,15 @@ import numpy as np
 
 from ..engine import jack_layout as at
 from ..engine.kernels.jack import process
-from ..engine.kernels.jack_notices import count_port, count_up, note_shutdown, note_value, tell_latency
+from ..engine.kernels.jack_notices import (
+    count_connection,
+    count_port,
+    count_up,
+    note_shutdown,
+    note_value,
+    tell_latency,
+)
+from ..engine.stage_layout import AT_ONCE, LANE_JACK
 from ..errors import DeviceError
 from .jack_library import (
     close_client,
@@ -25,21 +33,12 @@ from .jack_library import (
     server_rate,
     set_callback,
 )
+from .jack_table import FUNCTIONS, held_messages, shutdown_words
 from .jack_wiring import Wiring
 
 __all__ = ["JackOutput", "find_server", "server_rate"]
 
 _OPEN = {}  # output -> all that JACK may still call or read, whoever else has let go of it
-_FUNCTIONS = {
-    at.T_GET_BUFFER: "jack_port_get_buffer",
-    at.T_EVENT_COUNT: "jack_midi_get_event_count",
-    at.T_EVENT_GET: "jack_midi_event_get",
-    at.T_LOST_COUNT: "jack_midi_get_lost_event_count",
-    at.T_CYCLE_TIME: "jack_last_frame_time",
-    at.T_TRANSPORT: "jack_transport_query",
-    at.T_GET_RANGE: "jack_port_get_latency_range",
-    at.T_SET_RANGE: "jack_port_set_latency_range",
-}
 
 
 class JackOutput:
@@ -120,8 +119,7 @@ class JackOutput:
         """Why it no longer runs (str), None while nothing is wrong."""
         t = self._table
         if t[at.T_SHUTDOWN]:
-            words = t[at.T_REASON : at.T_REASON + at.REASON_BYTES // 8].tobytes().split(b"\0")[0]
-            words = words.decode("utf-8", "replace").strip().rstrip(".")
+            words = shutdown_words(t)
             return f"the JACK server has let go of {self.name}" + (f": {words}" if words else "")
         if t[at.T_RATE_NOW] != t[at.T_RATE]:
             return f"the JACK server now runs at {t[at.T_RATE_NOW]} Hz, not at {t[at.T_RATE]} Hz"
@@ -154,21 +152,33 @@ class JackOutput:
         """Nothing: the engine's slots are seen by the callback as they are."""
 
     def close(self):
-        """Leave the server; False if libjack does not come back. What it may still call stays alive then."""
+        """Leave the server; False if libjack does not come back. What it may still call stays alive then.
+
+        Keys and pedals that are held go up, as nobody is left to let them go.
+        """
         if self._closed is None:
             self._closed = close_client(self._jack, self._client)
             self._table[at.T_MAGIC] = 0  # whatever still calls finds nothing to do
-            if self._closed:
+            if self._closed:  # the lane is without a writer now
                 _OPEN.pop(id(self), None)
+                for message in held_messages(self._table):
+                    self._engine.send(AT_ONCE, *message, lane=LANE_JACK)
         return self._closed
 
     # What JACK has besides -----------------------------------------------------------------------------------------
     def tend(self):
-        """Connect what has come since the last call; returns what there is to say (list of str)."""
+        """Connect what has come since the last call; returns what there is to say (list of str).
+
+        Where a source of MIDI has gone, all keys and pedals that JACK's MIDI holds are let go: nobody else would.
+        """
         if not self.running:
             return []
         news, self._news = self._news, []
-        return news + self._wiring.tend(int(self._table[at.T_PORTS_SEEN]))
+        news += self._wiring.tend(int(self._table[at.T_PORTS_SEEN]))
+        if self._wiring.lost:
+            self._wiring.lost = False
+            self._table[at.T_END_HELD] += 1
+        return news
 
     def ports(self):
         """What each port is connected to (dict of short name -> list of names)."""
@@ -215,7 +225,11 @@ class JackOutput:
             )
 
     def _register_ports(self, midi_inputs):
-        """Ports of a synthesizer: "terminal", since what they give comes from no other audio port."""
+        """Ports of a synthesizer: "terminal", since what they give comes from no other audio port.
+
+        Their names speak for themselves. JACK's metadata (pretty names) are left alone: jack2 keeps them in a database
+        on which clients and server hang once a process has died over it (jack2 issue 647).
+        """
         channels, client = self._engine.channels, self._client
         names = {1: ["out"], 2: ["out_left", "out_right"]}.get(channels, [f"out_{k + 1}" for k in range(channels)])
         self._outs = [client.outports.register(name, is_terminal=True) for name in names]
@@ -224,7 +238,7 @@ class JackOutput:
 
     def _fill_table(self, silent):
         t, engine = self._table, self._engine
-        for word, name in _FUNCTIONS.items():
+        for word, name in FUNCTIONS.items():
             t[word] = function_address(self._jack, name)
         t[at.T_CLIENT] = self._number(self._client._ptr)
         t[at.T_CHANNELS], t[at.T_MIDI_PORTS] = len(self._outs), len(self._ins)
@@ -252,6 +266,8 @@ class JackOutput:
         code |= lib.jack_set_xrun_callback(client, cast("JackXRunCallback", count_up.address), word(at.T_XRUNS))
         ports = cast("JackPortRegistrationCallback", count_port.address)
         code |= lib.jack_set_port_registration_callback(client, ports, word(at.T_PORTS_SEEN))
+        ports = cast("JackPortConnectCallback", count_connection.address)
+        code |= lib.jack_set_port_connect_callback(client, ports, word(at.T_PORTS_SEEN))
         number = self._number(client)
         code |= set_callback(self._jack, "jack_set_latency_callback", number, tell_latency.address, table)
         # PipeWire 0.3 calls only the older of the two; jack2 only the newer where both are set.

@@ -46,7 +46,10 @@ def load_jack():
 
 def function_address(jack, name):
     """The address of libjack's function ``name`` (int)."""
-    return ctypes.cast(getattr(ctypes.CDLL(jack._libname), name), ctypes.c_void_p).value
+    try:
+        return ctypes.cast(getattr(ctypes.CDLL(jack._libname), name), ctypes.c_void_p).value
+    except AttributeError as error:
+        raise DeviceError(f"the JACK library {jack._libname} has no {name}; a newer one is needed") from error
 
 
 def latency_range(jack, port, mode):

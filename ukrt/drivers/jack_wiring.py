@@ -17,6 +17,11 @@ class Wiring:
     connect : bool or str
     midi : bool, str or list of str
         See `ukrt.drivers.jack.JackOutput`.
+
+    Attributes
+    ----------
+    lost : bool
+        A source has gone that MIDI came from; whoever has seen to it sets it False.
     """
 
     def __init__(self, client, outs, ins, connect, midi):
@@ -25,7 +30,8 @@ class Wiring:
         self._midi = [midi] if isinstance(midi, str) else midi
         self._seen = None  # the server's count of changes when its ports were last looked at
         self._heard = not connect
-        self._sources = set()
+        self._offered, self._connected = set(), set()  # names: wished for and there; where MIDI comes from
+        self.lost = False
 
     def tend(self, seen=0):
         """Connect what is there and wished for, if ports have come or gone; returns what there is to say (list)."""
@@ -35,8 +41,9 @@ class Wiring:
         if not self._heard:
             self._connect_outputs(news)
         self._seen = seen
-        if self._ins and self._midi:
+        if self._ins:
             self._connect_sources(news)
+            self._compare_sources(news)
         return news
 
     def connections(self):
@@ -60,16 +67,22 @@ class Wiring:
 
     def _connect_sources(self, news):
         """Every source that fits, once for each time that it appears: who disconnects it by hand is left in peace."""
-        found = midi_sources(self._client, physical=self._midi is True)
+        found = midi_sources(self._client, physical=self._midi is True) if self._midi else []
         if self._midi is not True:
-            wished = [words.casefold() for words in self._midi]
+            wished = [words.casefold() for words in self._midi or ()]
             found = [port for port in found if any(words in port.name.casefold() for words in wished)]
-        names = {port.name for port in found}
-        news += [f"MIDI from {name} is gone" for name in sorted(self._sources - names)]
         for port in found:
-            if port.name not in self._sources and self._join(port, self._ins[0], news):
-                news.append(f"MIDI from {port.name} is connected")
-        self._sources = names
+            if port.name not in self._offered:
+                self._join(port, self._ins[0], news)
+        self._offered = {port.name for port in found}
+
+    def _compare_sources(self, news):
+        """What MIDI comes from now, by whoever's hand, and what it no longer comes from."""
+        connected = {other.name for port in self._ins for other in port.connections}
+        news += [f"MIDI from {name} is gone" for name in sorted(self._connected - connected)]
+        news += [f"MIDI from {name} is connected" for name in sorted(connected - self._connected)]
+        self.lost |= bool(self._connected - connected)
+        self._connected = connected
 
     def _join(self, source, target, news):
         """Connect two ports; a port that has just gone away is news and no error."""
@@ -80,8 +93,5 @@ class Wiring:
         except jack.JackErrorCode as error:
             if error.code != 17:  # EEXIST: connected already, by a session manager perhaps
                 news.append(f"JACK does not connect {source.name} to {target.name}: {error}")
-                return False
         except jack.JackError as error:
             news.append(f"JACK does not connect {source.name} to {target.name}: {error}")
-            return False
-        return True

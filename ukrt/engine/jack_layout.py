@@ -41,22 +41,28 @@ COUNT_NAMES = ("cycles", "frames", "events", "messages", "lost_events", "missed_
 # T_FAILED   cycles in which the engine refused to compute
 T_LIVE = T_COUNTS + 8
 (
-    T_NEXT_TIME, T_PERIOD, T_POSITION_SEQ, T_POSITION_STATE, T_POSITION_AT, T_POSITION_ENGINE,
-) = range(T_LIVE, T_LIVE + 6)  # fmt: skip
+    T_NEXT_TIME, T_PERIOD, T_POSITION_SEQ, T_POSITION_STATE, T_POSITION_AT, T_POSITION_ENGINE, T_ENDED,
+) = range(T_LIVE, T_LIVE + 7)  # fmt: skip
 # T_NEXT_TIME     JACK's frame time at which the next cycle is due; T_PERIOD: frames of the last one
 # T_POSITION_*    the transport at the start of the last cycle, between two steps of _SEQ: its state, its frame, and the
 #                 stage's frame at that moment
+# T_ENDED         how many of the wishes T_END_HELD have been carried out
 
 # Written by the callbacks of JACK's other threads --------------------------------------------------------------------
 T_NOTICES = T_LIVE + 8
 (
-    T_XRUNS, T_BLOCK, T_RATE_NOW, T_PORTS_SEEN, T_SHUTDOWN, T_SHUTDOWN_CODE,
-) = range(T_NOTICES, T_NOTICES + 6)  # fmt: skip
-# T_PORTS_SEEN   counts every appearance and disappearance of a port
+    T_XRUNS, T_BLOCK, T_RATE_NOW, T_PORTS_SEEN, T_SHUTDOWN, T_SHUTDOWN_CODE, T_END_HELD,
+) = range(T_NOTICES, T_NOTICES + 7)  # fmt: skip
+# T_PORTS_SEEN   counts whatever happens to ports: they come, go, are connected and disconnected
+# T_END_HELD     counts wishes (of the host's) that all keys and pedals held by JACK's MIDI be let go
 T_REASON = T_NOTICES + 8  # the server's words at shutdown, UTF-8, ended by zero
 
+T_HELD = T_REASON + REASON_BYTES // 8  # HELD_WORDS for each MIDI channel, written by the process callback
+HELD_WORDS = 4  # bits of keys 0 to 63, of keys 64 to 127, of pedals (controllers 64 to 69), one word spare
+HELD_PEDALS, FIRST_PEDAL, PEDALS = 2, 64, 6
+
 # Scratch -------------------------------------------------------------------------------------------------------------
-T_PARSER = T_REASON + REASON_BYTES // 8  # state of each MIDI input's parser
+T_PARSER = T_HELD + 16 * HELD_WORDS  # state of each MIDI input's parser
 T_BUFFER = T_PARSER + MAX_MIDI  # this cycle's buffer of each MIDI input, then its events, then which one is next
 T_COUNT = T_BUFFER + MAX_MIDI
 T_NEXT = T_COUNT + MAX_MIDI

@@ -12,7 +12,7 @@ from ukrt.engine import jack_layout as at
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels.foreign import bytes_at, c_function, words_at
 from ukrt.engine.kernels.jit import entry_point, kernel
-from ukrt.engine.kernels.machine import address_of, integers_at, singles_at, store_release
+from ukrt.engine.kernels.machine import address_of, integers_at, load_acquire, singles_at, store_release
 from ukrt.engine.kernels.midi_bytes import midi_byte
 from ukrt.engine.kernels.queue import lane_push
 
@@ -60,9 +60,47 @@ def _earliest(t):
 
 
 @kernel
+def _note_held(t, word):
+    """Keep in mind which keys and pedals are down, whoever holds them."""
+    kind, first, second = (word >> 16) & 0xF0, (word >> 8) & 0x7F, word & 0x7F
+    held = at.T_HELD + at.HELD_WORDS * ((word >> 16) & 0x0F)
+    if kind == 0x80 or kind == 0x90:
+        bit = np.int64(1) << (first & 63)
+        if kind == 0x90 and second > 0:
+            t[held + (first >> 6)] |= bit
+        else:
+            t[held + (first >> 6)] &= ~bit
+    elif kind == 0xB0 and at.FIRST_PEDAL <= first < at.FIRST_PEDAL + at.PEDALS:
+        bit = np.int64(1) << (first - at.FIRST_PEDAL)
+        if second >= 64:
+            t[held + at.HELD_PEDALS] |= bit
+        else:
+            t[held + at.HELD_PEDALS] &= ~bit
+
+
+@kernel
+def _end_held(t, si):
+    """Let go of all keys and pedals that are down: whoever held them has gone."""
+    frame = si[stage.G_FRAME]
+    for channel in range(16):
+        held = at.T_HELD + at.HELD_WORDS * channel
+        for k in range(at.PEDALS):
+            if (t[held + at.HELD_PEDALS] >> k) & 1:
+                lane_push(si, stage.LANE_JACK, frame, (0xB0 | channel) << 16 | (at.FIRST_PEDAL + k) << 8)
+        for key in range(128):
+            if (t[held + (key >> 6)] >> (key & 63)) & 1:
+                lane_push(si, stage.LANE_JACK, frame, (0x80 | channel) << 16 | key << 8)
+        t[held] = t[held + 1] = t[held + at.HELD_PEDALS] = 0
+
+
+@kernel
 def take_events(t, address, si, n_frames):
     """Queue the messages of all events of the cycle, each at its frame, those of several inputs in order."""
     _open_inputs(t, address, n_frames)
+    wishes = load_acquire(t, at.T_END_HELD)
+    if wishes != t[at.T_ENDED]:
+        _end_held(t, si)
+        t[at.T_ENDED] = wishes
     offset, p = 0, _earliest(t)
     while p >= 0:
         event = at.T_EVENT + at.EVENT_WORDS * p
@@ -73,6 +111,7 @@ def take_events(t, address, si, n_frames):
             word = midi_byte(t, at.T_PARSER + p, np.int64(data[k]))
             if word >= 0 and lane_push(si, stage.LANE_JACK, si[stage.G_FRAME] + offset, word):
                 t[at.T_MESSAGES] += 1
+                _note_held(t, word)
         t[at.T_EVENTS] += 1
         t[at.T_NEXT + p] += 1
         _load_event(t, address, p)

@@ -37,6 +37,13 @@ def count_port(_port, _registered, word):
     count[0] += 1
 
 
+@entry_point(types.void(types.uint32, types.uint32, types.int32, types.voidptr))
+def count_connection(_one, _other, _connected, word):
+    """JackPortConnectCallback: one more in ``word``."""
+    count = integers_at(address_of(word), 1)
+    count[0] += 1
+
+
 @entry_point(types.void(types.int32, types.voidptr, types.voidptr))
 def note_shutdown(code, reason, table):
     """JackInfoShutdownCallback: the server is gone, or has thrown us out."""
