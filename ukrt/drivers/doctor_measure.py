@@ -82,7 +82,7 @@ def measure_slice(source, output, stress, seconds, block):
         run_stress(stress, seconds)
         (end, last), after = _frame_now(source), source.counts()
         xruns = _xruns(output) - xruns
-        gap = source.longest_gap() if hasattr(source, "longest_gap") else None
+        gap, latency = source.longest_gap() if hasattr(source, "longest_gap") else None, float(output.latency)
     finally:
         output.close()
     elapsed = end - start
@@ -97,7 +97,7 @@ def measure_slice(source, output, stress, seconds, block):
         flags={kind: after["flags"][kind] - before["flags"][kind] for kind in after["flags"]},
         xruns=xruns,
         loads=_difference(after["loads"], before["loads"]),
-        latency=float(output.latency),
+        latency=latency,
         longest_gap_ms=None if gap is None else 1e3 * gap,
     )
 

@@ -22,7 +22,7 @@ def system_facts():
     """All facts (dict of dicts), as `ukrt doctor --json` prints them under ``machine``."""
     return {
         "system": _system(),
-        "scheduling": _scheduling(),
+        "scheduling": scheduling_facts(),
         "memory_lock": _memory_lock(),
         "processor": _processor(),
         "jit_cache": _jit_cache(),
@@ -43,7 +43,7 @@ def _system():
     }
 
 
-def _scheduling():
+def scheduling_facts():
     """Whether a thread gets real-time priority, why not, and which limits there are."""
     reason = []
     thread = threading.Thread(target=lambda: reason.append(raise_thread(threading.get_native_id())))
