@@ -17,7 +17,9 @@ from ukrt.cli.main import main
 from ukrt.drivers import doctor_outputs
 from ukrt.drivers.doctor_advice import GOOD, HINT, PROBLEM, advise, clearly_more, key_to_sound, recommend
 from ukrt.drivers.doctor_measure import Slice, summarize, within_range
+from ukrt.drivers.midi_host import MARGIN_SECONDS
 from ukrt.drivers.stress import WORDS, run_stress
+from ukrt.drivers.system_facts import system_facts
 
 SOURCES = ("compiled", "empty", "python")
 
@@ -59,7 +61,8 @@ def test_the_report_tells_what_was_measured(report):
 def test_the_report_tells_what_the_machine_allows(report):
     machine = report["machine"]
     assert machine["processor"]["cores"] >= 1
-    assert machine["jit_cache"]["warm"] and machine["jit_cache"]["writable"]
+    assert machine["jit_cache"]["writable"] and isinstance(machine["jit_cache"]["warm"], bool)
+    assert system_facts()["jit_cache"]["warm"]  # now at the latest, after the run
     assert machine["scheduling"]["allowed"] in (True, False, None)
     assert (machine["scheduling"]["reason"] is None) or not machine["scheduling"]["allowed"]
     assert (machine["memory_lock"]["reason"] is None) == machine["memory_lock"]["allowed"]
@@ -68,7 +71,7 @@ def test_the_report_tells_what_the_machine_allows(report):
 
 def test_the_delay_is_the_sum_of_its_parts(report):
     delay = report["cells"][0]["delay"]
-    assert delay["midi_ms"] == pytest.approx(1e3 * 64 / 48000)
+    assert delay["midi_ms"] == pytest.approx(1e3 * (64 / 48000 + MARGIN_SECONDS))
     assert delay["pluck_ms"] == pytest.approx(10.0, abs=0.1)  # the classical preset's pluck
     assert delay["total_ms"] == pytest.approx(delay["midi_ms"] + delay["output_ms"] + delay["pluck_ms"])
 

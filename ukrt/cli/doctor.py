@@ -150,19 +150,21 @@ def _measure(args, outputs, sources, blocks, stresses):
                     bar.update(task, description=f"{block or 'own'} frames, {stress}", refresh=True)
                     step = lambda _: bar.update(task, advance=1, refresh=True)  # noqa: E731
                     slices = measure_turns(sources, outputs.open, stress, block, seconds, turns, step)
-                    cells.append(_cell(stress, block, slices, sources[0]))
+                    cells.append(_cell(outputs.driver, stress, block, slices, sources[0]))
     return cells
 
 
-def _cell(stress, block, slices, instrument):
+def _cell(driver, stress, block, slices, instrument):
     from ..drivers.doctor_advice import key_to_sound
     from ..drivers.doctor_measure import SOURCES, summarize, within_range
+    from ..drivers.midi_host import MARGIN_SECONDS
     from ..drivers.stress import WORDS
 
     by_source = {name: [one for one in slices if one.source == name] for name in SOURCES}
     results = {name: summarize(own) for name, own in by_source.items()}
     frames = round(results["compiled"]["block_frames"]) or block
     rate, latency = instrument.sample_rate, results["compiled"]["latency_s"]
+    margin = 0.0 if driver == "jack" else MARGIN_SECONDS
     return {
         "stress": stress,
         "words": WORDS[stress],
@@ -170,7 +172,7 @@ def _cell(stress, block, slices, instrument):
         "block_frames": frames,
         "sources": results,
         "within_range": within_range(by_source["compiled"], by_source["empty"]),
-        "delay": key_to_sound(frames, rate, latency, instrument.lead_frames),
+        "delay": key_to_sound(frames, rate, latency, instrument.lead_frames, margin),
         "slices": [one.to_dict() for one in slices],
     }
 

@@ -95,7 +95,7 @@ def _delay_table(cells):
     from rich.table import Table
 
     table = Table(box=box.SIMPLE, caption="from key to sound in ms, without the keyboard's own")
-    for name in ("frames", "MIDI, one block", "output", "pluck's force", "together"):
+    for name in ("frames", "MIDI", "output", "pluck's force", "together"):
         table.add_column(name, justify="right", no_wrap=True)
     seen = set()
     for cell in cells:

@@ -50,21 +50,24 @@ def advise(machine, output, cells, delays):
     return sorted(found, key=lambda one: _RANKS.index(one.severity))
 
 
-def key_to_sound(block_frames, rate, latency, lead_frames):
+def key_to_sound(block_frames, rate, latency, lead_frames, margin=0.0):
     """The delay from a key to the string's release, in its parts and as a sum (dict) [ms].
 
     Parameters
     ----------
     block_frames : float
-        Frames a callback: a message is played one block after it came.
+        Frames a callback: a message is played one block after it came (on JACK's own driver it waits so long for the
+        cycle that brings it).
     rate : float [Hz]
     latency : float [s]
         Of the output, as its server tells it.
     lead_frames : int
         In which a pluck's force grows before it lets the string go.
+    margin : float [s]
+        What the MIDI process adds for its own way.
     """
     parts = {
-        "midi_ms": 1e3 * block_frames / rate,
+        "midi_ms": 1e3 * (block_frames / rate + margin),
         "output_ms": 1e3 * latency,
         "pluck_ms": 1e3 * lead_frames / rate,
     }
