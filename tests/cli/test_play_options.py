@@ -20,6 +20,8 @@ def parsed(*arguments):
     [
         ("--driver null plays into no sound card; leave --audio-out away", "--driver null --audio-out x"),
         ("leave --host-api and --latency away", "--driver null --host-api alsa --latency high"),
+        ("leave --channels away", "--driver jack --channels 2"),
+        ("'0' is not a whole number from 1 to 256", "--channels 0"),
         ("are the server's; leave --block and --rate away", "--driver jack --rate 48000 --block 64"),
         ("leave --midi-virtual and --midi-delay away", "--driver jack --midi-virtual x --midi-delay 0"),
         ("--midi-in all and other inputs", "--midi-in all --midi-in keys"),
@@ -66,7 +68,7 @@ def test_contradictions_are_refused_in_a_sentence(capsys, tmp_path, monkeypatch,
     [
         "a.mid --driver jack --transport --audio-out none",
         "a.mid --loop --wait-for-midi --seconds 3 --latency 12.5",
-        "--midi-in keys --midi-in pads --midi-virtual ukrt --midi-delay 0 --latency low --host-api jack",
+        "--midi-in keys --midi-in pads --midi-virtual ukrt --midi-delay 0 --latency low --host-api jack --channels 6",
         "--driver null --rate 44100 --block 64 --shed-budget 0.5 --no-limiter",
         "--wait-for-midi --midi-in none --midi-virtual here",
     ],
@@ -99,8 +101,8 @@ def test_help_has_every_promised_option(capsys):
         main(["play", "--help"])
     text = capsys.readouterr().out
     options = (
-        "--driver --audio-out --host-api --rate --block --latency --midi-in --midi-virtual --midi-delay --preset --set "
-        "--loop --wait-for-midi --transport --seconds --record --record-audio --report --no-limiter --no-shedding "
-        "--shed-budget --quiet --no-status --list"
+        "--driver --audio-out --host-api --channels --rate --block --latency --no-limiter --no-shedding --shed-budget "
+        "--midi-in --midi-virtual --midi-delay --preset --set --loop --wait-for-midi --transport --seconds "
+        "--record --record-audio --report --quiet --no-status --list"
     )
     assert [o for o in options.split() if f" {o}" not in text] == [] and "examples:" in text

@@ -65,6 +65,13 @@ def _add_audio(group):
         help="audio output by index or part of its name; with --driver jack the ports to connect to, none: nowhere",
     )
     group.add_argument("--host-api", metavar="NAME", help="only outputs of this host API, by a part of its name")
+    group.add_argument(
+        "--channels",
+        type=number("", 1, 256, whole=True),
+        metavar="N",
+        help="channels of the card to open, 1 to 256: one gets the mean of left and right, of more the first two are "
+        "played (default: 2, or 1 where the card has no more)",
+    )
     add_rate_option(group, None, "default: 48000 where the sound card can, else the card's own")
     add_block_option(group, None, "default: 128; on JACK the server's")
     group.add_argument(
@@ -150,10 +157,10 @@ def _given(args, *names):
 
 
 def _check_audio(args):
-    if args.driver == "null" and (given := _given(args, "audio_out", "host_api", "latency")):
+    if args.driver == "null" and (given := _given(args, "audio_out", "host_api", "channels", "latency")):
         raise UsageError(f"--driver null plays into no sound card; leave {' and '.join(given)} away")
-    if args.driver == "jack" and (given := _given(args, "host_api", "latency", "block", "rate")):
-        raise UsageError(f"--driver jack: rate, block and latency are the server's; leave {' and '.join(given)} away")
+    if args.driver == "jack" and (given := _given(args, "host_api", "channels", "latency", "block", "rate")):
+        raise UsageError(f"--driver jack: rate, block and the like are the server's; leave {' and '.join(given)} away")
 
 
 def _check_midi(args):

@@ -39,8 +39,8 @@ def find_way(args):
     try:
         return _portaudio(args)
     except DeviceError as error:
-        if args.driver or args.audio_out is not None or args.host_api is not None or args.latency is not None:
-            raise
+        if any(one is not None for one in (args.driver, args.audio_out, args.host_api, args.channels, args.latency)):
+            raise  # who names a card does not want to play on a clock
         return _null(args, str(error))
 
 
@@ -73,6 +73,7 @@ def _portaudio(args):
             sample_rate=args.rate,
             block_size=args.block,
             latency=args.latency if args.latency is not None else "low",
+            channels=args.channels,
         )
 
     return Way("portaudio", rate, open_output)
