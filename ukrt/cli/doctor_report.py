@@ -2,6 +2,7 @@
 
 from ..errors import MissingExtraError
 
+_NONE_PERCENT = 1e-3  # where no loss is drawn on a logarithmic axis
 _MARKS = {"problem": "[bold red]!![/]", "hint": "[yellow] ![/]", "good": "[green] +[/]"}
 
 
@@ -128,14 +129,14 @@ def draw(path, report):
     colors = {"compiled": "tab:blue", "empty": "tab:gray", "python": "tab:red"}
     for source, color in colors.items():
         results = [cell["sources"][source] for cell in cells]
-        lost = [max(result["missing_percent"], 1e-3) for result in results]
-        losses.plot(names, lost, "o-", color=color, label=source)
+        lost = [max(result["missing_percent"], _NONE_PERCENT) for result in results]
+        losses.plot(names, lost, "o", color=color, label=source)
         if all(result["load"] for result in results):
-            for quantile, line in (("p50", "-"), ("p99.9", "--"), ("max", ":")):
+            for quantile, mark in (("p50", "o"), ("p99.9", "^"), ("max", "x")):
                 values = [100 * result["load"][quantile] for result in results]
-                loads.plot(names, values, line, marker="o", color=color, label=f"{source} {quantile}")
+                loads.plot(names, values, mark, color=color, label=f"{source} {quantile}")
     loads.set(yscale="log", ylabel="load / % of the block", title=f"{report['preset']} on {report['output']['name']}")
-    losses.set(yscale="log", ylabel="lost callbacks / %", xlabel="frames, stress")
+    losses.set(yscale="log", ylabel=f"lost callbacks / % (none: {_NONE_PERCENT})", xlabel="frames, stress")
     for panel in (loads, losses):
         panel.grid(alpha=0.3)
         panel.legend(fontsize="small", ncols=3)
