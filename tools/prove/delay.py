@@ -22,7 +22,7 @@ WAYS = ("jack", "portaudio")
 _GAP, _SPREAD = 9600, 4800  # frames between notes: the last one has died, and no two fall on the same place of a block
 _BEFORE = 400  # frames that must be quiet before a note
 _QUIET = 4e-7  # what second differences may be left there; those of a note's first sample are 4e-6
-_FIRST = 8.0  # times what is left: the note has begun
+_FIRST = 3.0  # times what is left, which only dies away: the note has begun
 _SEARCH = RATE // 10
 
 
