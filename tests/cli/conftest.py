@@ -2,11 +2,14 @@
 
 import os
 import pathlib
+import shutil
+import signal
 import subprocess
 import sys
 
 import mido
 import pytest
+from jack_server import FILES, Server
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -61,3 +64,37 @@ def piece(tmp_path):
     track.append(mido.Message("note_off", note=64, time=120))
     file.save(tmp_path / "piece.mid")
     return tmp_path / "piece.mid"
+
+
+@pytest.fixture
+def server(tmp_path):
+    server = Server(tmp_path / "jackd.log")
+    try:
+        server.start()
+        yield server
+    finally:
+        server.end()
+
+
+@pytest.fixture
+def sequencer(server):
+    """A client that plays a note each half second."""
+    if shutil.which("jack_midiseq") is None:
+        pytest.skip("needs jack_midiseq (Debian: in jackd2)")
+    process = subprocess.Popen(["jack_midiseq", "sequencer", "24000", "0", "60", "12000"], env=server.environment)
+    yield process
+    process.send_signal(signal.SIGTERM)
+    process.wait(10)
+
+
+@pytest.fixture
+def begin(start_ukrt, server):
+    """Starts ``ukrt play`` with a recording and a report; returns when it plays."""
+
+    def run(*arguments):
+        playing = start_ukrt("play", *arguments, *FILES, environment=server.environment)
+        while "Ctrl-C ends" not in (line := playing.stderr.readline()):
+            assert line, "ukrt play ended early"
+        return playing
+
+    return run

@@ -61,6 +61,30 @@ def texts(report):
     return " | ".join(news["text"] for news in report["news"])
 
 
+@pytest.fixture
+def on_news(monkeypatch):
+    """Gives a function: when words are said, call what belongs to them, once each and in order."""
+    from ukrt.cli.status import StatusLine
+
+    say = StatusLine.say
+
+    def react(*reactions):
+        waiting = list(reactions)
+
+        def listen(self, sentence):
+            say(self, sentence)
+            if waiting and waiting[0][0] in sentence:
+                waiting.pop(0)[1]()
+
+        monkeypatch.setattr(StatusLine, "say", listen)
+
+    return react
+
+
+def interrupt():
+    signal.raise_signal(signal.SIGINT)
+
+
 def test_a_piece_is_played_kept_and_reported(play, piece, capsys):
     report = play(piece, *NULL, "--block", 256)
     out, err = capsys.readouterr()
@@ -121,7 +145,7 @@ def test_without_a_sound_card_the_sound_goes_into_a_file(tmp_path, piece, monkey
         assert main(["play", str(piece), *words]) == 2, "who names a card does not want a file"
 
 
-def test_programs_of_a_piece_choose_among_the_presets(play, tmp_path):
+def test_programs_of_a_piece_choose_among_the_presets(play, tmp_path, on_news):
     file = mido.MidiFile(ticks_per_beat=480)
     file.tracks.append(track := mido.MidiTrack())
     for message in (
@@ -132,14 +156,15 @@ def test_programs_of_a_piece_choose_among_the_presets(play, tmp_path):
     ):
         track.append(message)
     file.save(tmp_path / "programs.mid")
-    report = play("programs.mid", *NULL, "--preset", "classical", "--preset", "drop-d", "--loop", "--seconds", 3.5)
+    on_news(("now drop-d", interrupt))
+    report = play("programs.mid", *NULL, "--preset", "classical", "--preset", "drop-d", "--loop", "--seconds", 60)
     words = texts(report)
     assert words.index("program 1: drop-d") < words.index("now drop-d") and "program 7" not in words
     assert report["counters"]["swaps"] == report["session"]["changes"] == 1 and report["guitar"] == "drop-d"
-    assert report["counters"]["notes_dropped"] == 0
+    assert report["counters"]["notes_dropped"] == 0 and report["ended"] == "interrupted"
 
 
-def test_a_preset_file_is_followed_while_it_is_played(play, piece, tmp_path):
+def test_a_preset_file_is_followed_while_it_is_played(play, piece, tmp_path, on_news):
     mine = tmp_path / "mine.toml"
     versions = ["[pluck]\nplace = 0.8\n", "[pluck]\nplace = 8\n", "[pluck]\nplace = 0.85\n"]
 
@@ -147,10 +172,8 @@ def test_a_preset_file_is_followed_while_it_is_played(play, piece, tmp_path):
         mine.write_text('base = "classical"\n' + versions[version], encoding="utf-8")
 
     write(0)
-    timers = [threading.Timer(seconds, write, [k]) for seconds, k in ((0.7, 1), (2.4, 2))]
-    for timer in timers:
-        timer.start()
-    report = play(piece, *NULL, "--loop", "--preset", mine, "--seconds", 4)
+    on_news(("Ctrl-C ends", lambda: write(1)), ("plays on", lambda: write(2)), ("the guitar is now", interrupt))
+    report = play(piece, *NULL, "--loop", "--preset", mine, "--seconds", 60)
     words = texts(report)
     at = [words.index(w) for w in ("pluck.place", "plays on", "mine.toml has changed", "the guitar is now")]
     assert at == sorted(at) and words.count("plays on") == 1 and report["counters"]["swaps"] == 1
