@@ -36,8 +36,9 @@ def test_a_piece_waits_for_the_first_note(begin, sequencer, piece, tmp_path):
     playing = begin(piece, "--driver", "jack", "--wait-for-midi", "--midi-in", "sequencer", "--seconds", 3)
     time.sleep(0.7)
     sequencer.send_signal(signal.SIGCONT)
-    ended(playing, tmp_path)
+    report, _ = ended(playing, tmp_path)
     keys = played_keys(tmp_path / "take.mid")
+    assert report["output_counts"]["messages"] > 0 == report["output_counts"]["lost_events"]
     assert 60 in keys and {52, 64} <= set(keys) and keys.index(60) < min(keys.index(52), keys.index(64))
 
 

@@ -74,7 +74,7 @@ class Playing:
         self._piece = score
         self._demo = False  # whether the piece is the bundled one, for want of a keyboard
         self._next_look = self._next_show = self._next_ports = 0.0
-        self._ports, self._state = 0, None
+        self._ports, self._state, self._output_counts, self._tail_ends = 0, {}, {}, 0.0
 
     def play(self):
         """Play; returns the exit code."""
@@ -115,6 +115,7 @@ class Playing:
                     ended = self._play_on(session)
                 finally:
                     self._state, self._away = session.state(), session.away
+                    self._output_counts = getattr(session.output, "counts", dict)()
         except (KeyboardInterrupt, Exception) as error:
             if session.seconds == 0.0:
                 raise
@@ -259,7 +260,8 @@ class Playing:
         from .report import write_report
 
         self._status.__exit__()
-        report = make_report(self._session, self._state, self._recorder, self._shelf, ended, self._news, self._args)
+        known = (self._state, self._output_counts, self._recorder, self._shelf)
+        report = make_report(self._session, *known, ended, self._news, self._args)
         print(summary(report), flush=True)
         if code:
             say(ended)

@@ -17,7 +17,7 @@ folder. Ctrl-C ends with a summary, a second one at once. A preset file that cha
 playing. Exit codes: 0 played, 1 a device failed for good, 2 refused.
 
 examples:
-  ukrt play                                    all MIDI keyboards, default audio output
+  ukrt play                                    first MIDI input, default audio output
   ukrt play --list                             what there is to choose from
   ukrt play --midi-in keystation --audio-out 3 --latency low
   ukrt play --driver jack --record take.mid    JACK without PortAudio between; ukrt render take.mid gives the same bits
@@ -97,9 +97,9 @@ def _add_midi(group):
     group.add_argument(
         "--midi-in",
         action="append",
-        metavar="NAME",
-        help="MIDI input by a part of its name; may be repeated; it may be plugged in later. all: whatever there is; "
-        "none: no input (default: all, and none where a piece is played)",
+        metavar="NAME|INDEX",
+        help="MIDI input by index or part of its name, which may be plugged in later; may be repeated. all: whatever "
+        "there is; none: no input (default: the first one there is, and none where a piece is played)",
     )
     group.add_argument("--midi-virtual", metavar="NAME", help="offer a MIDI input of this name to other programs")
     group.add_argument(

@@ -10,7 +10,7 @@ _SHARES = {"p50": 0.5, "p99": 0.99, "p99_9": 0.999, "max": 1.0}
 _FLAGS = ("underflows", "overflows", "input_underflows", "input_overflows", "priming")
 
 
-def make_report(session, state, recorder, shelf, ended, news, args):
+def make_report(session, state, output_counts, recorder, shelf, ended, news, args):
     """Everything that is known, ready for JSON.
 
     Parameters
@@ -19,6 +19,8 @@ def make_report(session, state, recorder, shelf, ended, news, args):
         Ended, its engine not closed yet.
     state : dict
         ``session.state()`` as it was last.
+    output_counts : dict
+        What the output has counted by itself, such as JACK's events.
     recorder : Recorder
     shelf : PresetShelf
     ended : str
@@ -47,6 +49,7 @@ def make_report(session, state, recorder, shelf, ended, news, args):
         "counters": counters,
         "load_histogram": [[load, blocks] for load, blocks in histogram],
         "midi": [source.counts() for source in session.midi_sources],
+        "output_counts": output_counts,
         "guitar": engine.guitar.name,
         "presets": shelf.names,
         "settings": engine.settings(),

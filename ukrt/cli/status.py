@@ -11,6 +11,7 @@ from .common import clock_time, make_console, say
 FLOOR_DB = -60.0  # left end of the bar
 _LONGEST_BAR, _SHORTEST_BAR = 24, 6
 _GAP = "  "
+_ECHO_CELLS = 3  # left free for the ^C that terminals show, which would otherwise break the line in two
 
 
 @dataclass
@@ -244,7 +245,8 @@ class StatusLine:
     def show(self, moment):
         """Draw the line anew."""
         if self._live is not None:
-            self._guarded(self._live.update, compose(moment, self._console.width, self._signs), refresh=True)
+            line = compose(moment, max(1, self._console.width - _ECHO_CELLS), self._signs)
+            self._guarded(self._live.update, line, refresh=True)
 
     def say(self, sentence):
         """A line of news, above."""
