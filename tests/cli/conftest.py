@@ -9,7 +9,8 @@ import sys
 
 import mido
 import pytest
-from jack_server import FILES, Server
+from jack_server import Server
+from take_check import FILES
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

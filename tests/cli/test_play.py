@@ -1,17 +1,15 @@
-"""``ukrt play`` on the null output: pieces, recordings, reports, guitars that change, devices that go, signals."""
+"""``ukrt play`` on the null output: pieces, recordings, reports, guitars that change, devices that go."""
 
 import json
 import pathlib
 import signal
-import subprocess
-import sys
 import threading
-import time
 
 import mido
 import numpy as np
 import pytest
 import soundfile
+from take_check import FILES, assert_take_is_what_was_heard
 
 import ukrt.cli.play
 from ukrt.cli import play_parts
@@ -36,22 +34,11 @@ def play(tmp_path):
     """Runs ``ukrt play`` with a recording and a report, checks that the take gives the same bits; gives the report."""
 
     def run(*arguments, code=0):
-        files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
-        assert main(["play", *map(str, arguments), *files]) == code
+        assert main(["play", *map(str, arguments), *FILES]) == code
         assert_take_is_what_was_heard(tmp_path)
         return json.loads((tmp_path / "report.json").read_text())
 
     return run
-
-
-def assert_take_is_what_was_heard(folder):
-    """Renders the take and compares with the recording, bit for bit."""
-    assert main(["render", str(folder / "take.mid"), "-o", str(folder / "again.wav")]) == 0
-    heard, rate = soundfile.read(folder / "heard.wav", dtype="float32", always_2d=True)
-    again, again_rate = soundfile.read(folder / "again.wav", dtype="float32", always_2d=True)
-    assert rate == again_rate == 48000 and heard.shape == again.shape and np.array_equal(heard, again)
-    assert len(heard) > 4800 and np.abs(heard).max() > 0.001
-    assert list(folder.glob(".*.part")) == []
 
 
 def texts(report):
@@ -217,8 +204,7 @@ def test_a_session_that_never_began_leaves_no_file(piece, tmp_path, monkeypatch,
         raise DeviceError("the card is taken")
 
     monkeypatch.setattr(ukrt.cli.play, "find_way", lambda args: Way("portaudio", 48000.0, refuse))
-    files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
-    assert main(["play", str(piece), *files]) == 2
+    assert main(["play", str(piece), *FILES]) == 2
     assert capsys.readouterr().err == "ukrt: the card is taken\n"
     assert [path.name for path in tmp_path.iterdir()] == ["piece.mid"]
 
@@ -232,73 +218,6 @@ def test_a_fault_of_the_program_is_reported_and_shown(tmp_path, piece, monkeypat
         main(["play", str(piece), *NULL, "--record", "take.mid", "--report", "report.json"])
     assert "what a fault" in json.loads((tmp_path / "report.json").read_text())["ended"]
     assert main(["render", "take.mid", "-o", "again.wav"]) == 0
-
-
-def wait_for_line(process, words):
-    while words not in (line := process.stderr.readline()):
-        assert line, "ukrt play ended early"
-
-
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_tidily(tmp_path, start_ukrt, sign):
-    files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
-    playing = start_ukrt("play", *NULL, *files)
-    wait_for_line(playing, "bundled piece")
-    time.sleep(1.0)
-    playing.send_signal(sign)
-    out, err = playing.communicate(timeout=20)
-    assert playing.returncode == 0 and err == "" and "blocks   " in out
-    assert json.loads((tmp_path / "report.json").read_text())["ended"] == "interrupted"
-    assert_take_is_what_was_heard(tmp_path)
-
-
-def test_the_second_signal_leaves_at_once_with_whole_files(tmp_path, start_ukrt):
-    """Here a device hangs when it is closed, as those of dead servers do."""
-    code = (
-        "import sys, time\n"
-        "from ukrt.drivers.null import NullOutput\n"
-        "from ukrt.cli.main import run\n"
-        "NullOutput.close = lambda self: (print('closing', file=sys.stderr, flush=True), time.sleep(60))\n"
-        "run()\n"
-    )
-    files = ("--record", "take.mid", "--record-audio", "heard.wav", "--report", "report.json")
-    playing = start_ukrt("play", *NULL, *files, program=("-c", code))
-    wait_for_line(playing, "bundled piece")
-    time.sleep(1.0)
-    playing.send_signal(signal.SIGINT)
-    wait_for_line(playing, "closing")
-    began = time.monotonic()
-    playing.send_signal(signal.SIGINT)
-    _, err = playing.communicate(timeout=20)
-    assert playing.returncode == 130 and time.monotonic() - began < 20 and err == ""
-    assert not (tmp_path / "report.json").exists()
-    assert_take_is_what_was_heard(tmp_path)
-
-
-def test_the_status_line_is_for_terminals(tmp_path, piece):
-    """On a terminal of 80 columns the line is there, and gone at the end."""
-    pty = pytest.importorskip("pty")
-    import os
-
-    parent, child = pty.openpty()
-    command = [sys.executable, "-m", "ukrt", "play", str(piece), *NULL, "--seconds", "1.5"]
-    environment = {**os.environ, "PYTHONPATH": str(pathlib.Path(ukrt.__file__).parents[1]), "TERM": "xterm"}
-    environment["COLUMNS"] = "80"
-    with subprocess.Popen(command, stderr=child, stdout=subprocess.PIPE, env=environment, text=True) as playing:
-        os.close(child)
-        shown = b""
-        while True:
-            try:
-                data = os.read(parent, 65536)
-            except OSError:  # the other end has been closed
-                break
-            if not data:
-                break
-            shown += data
-        assert "blocks   " in playing.stdout.read()
-    os.close(parent)
-    lines = [line for line in shown.decode().replace("\x1b[2K", "\r").split("\r") if "dB" in line or "█" in line]
-    assert playing.returncode == 0 and len(lines) >= 5 and "MIDI" in lines[-1]
 
 
 def test_the_bundled_piece_has_two_voices_and_a_minute():

@@ -21,7 +21,7 @@ examples:
   ukrt play --list                             what there is to choose from
   ukrt play --midi-in keystation --audio-out 3 --latency low
   ukrt play --driver jack --record take.mid    JACK without PortAudio between; ukrt render take.mid gives the same bits
-  ukrt play --preset classical --preset drop-d program change 0 and 1 choose between them
+  ukrt play --preset a.toml --preset b.toml    program change 0 and 1 choose between them
   ukrt play song.mid --loop --seconds 600      a MIDI file through the live path
   ukrt play song.mid --wait-for-midi           it begins with the first note from a keyboard
 """
