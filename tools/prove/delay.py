@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from .guitar import make_dead_preset, playing, probing
+from .guitar import disturb, make_dead_preset, playing, probing
 from .probe import CLIENT, MARKER_PORT, MIDI_PORT
 from .server import RATE, ProofError, jack_server
 
@@ -41,12 +41,13 @@ def _measure(way, block, stress, events):
         folder = pathlib.Path(name)
         preset = make_dead_preset(folder)
         common = ("--quiet", "--driver", way, "--midi-in", CLIENT, "--preset", preset)
-        with probing(environment) as ask, playing(environment, stress, *common):
+        with probing(environment) as ask, playing(environment, stress, *common) as process:
             if not ask("wait", port=MIDI_PORT)["connected"]:
                 raise ProofError(f"the guitar ({way}) has not connected its MIDI input to the probe")
             outputs = ask("outputs")["outputs"]
             if not outputs:
                 raise ProofError(f"the guitar ({way}) offers no audio outputs")
+            disturb(process)
             time.sleep(1.0)  # a note that comes at the very start may find clocks not yet settled
             with _recording(environment, folder / "heard.wav", outputs[0]):
                 if not ask("wait", port=MARKER_PORT)["connected"]:

@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from .guitar import playing, probing
+from .guitar import disturb, playing, probing
 from .probe import CLIENT, MIDI_PORT
 from .server import RATE, ProofError, jack_server
 
@@ -41,9 +41,10 @@ def _measure(way, block, stress, schedule, arguments):
         take, report = pathlib.Path(name) / "take.mid", pathlib.Path(name) / "report.json"
         files = ("--record", take, "--report", report)
         with probing(environment) as ask:
-            with playing(environment, stress, "--quiet", "--driver", way, "--midi-in", CLIENT, *files):
+            with playing(environment, stress, "--quiet", "--driver", way, "--midi-in", CLIENT, *files) as process:
                 if not ask("wait", port=MIDI_PORT)["connected"]:
                     raise ProofError(f"the guitar ({way}) has not connected its MIDI input to the probe")
+                disturb(process)
                 time.sleep(1.0)
                 sent = ask("play", schedule=schedule, arguments=arguments)
                 time.sleep(1.0)

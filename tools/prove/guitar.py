@@ -14,13 +14,19 @@ _END_SECONDS = 30.0
 
 @contextlib.contextmanager
 def playing(environment, stress, *arguments):
-    """The instrument, playing until the context is left; yields its process."""
+    """The instrument, playing until the context is left; yields its process, undisturbed until `disturb` is called."""
     with child("play-worker", "--stress", stress, "--", *arguments, environment=environment) as process:
         threading.Thread(target=process.stdout.read, daemon=True).start()
         yield process
         process.send_signal(signal.SIGINT)
         if process.wait(_END_SECONDS) != 0:
             raise ProofError(f"ukrt play {' '.join(map(str, arguments))} ended with exit code {process.returncode}")
+
+
+def disturb(process):
+    """Begin the stress; a start under it would only take long."""
+    process.stdin.write("now\n")
+    process.stdin.flush()
 
 
 @contextlib.contextmanager
@@ -42,12 +48,13 @@ def work(options):
     from ukrt.cli.main import run
     from ukrt.drivers.stress import run_stress
 
-    def disturb():
+    def work_beside():
+        sys.stdin.readline()
         while True:
             run_stress(options.stress, 1.0)
 
     if options.stress != "none":
-        threading.Thread(target=disturb, daemon=True).start()
+        threading.Thread(target=work_beside, daemon=True).start()
     sys.argv = ["ukrt", "play", *options.arguments]
     run()
 

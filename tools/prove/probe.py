@@ -10,7 +10,7 @@ import time
 
 CLIENT = "prober"
 MIDI_PORT, MARKER_PORT = "keys", "marker"
-_CONNECT_SECONDS = 20.0  # for programs that compile nothing and look for ports each second
+_CONNECT_SECONDS = 60.0  # for programs that compile nothing and look for ports each second
 _LEAD_SECONDS = 0.5
 
 
