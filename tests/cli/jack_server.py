@@ -19,20 +19,22 @@ class Server:
     ----------
     environment : dict
         Leads clients to it.
+    log : pathlib.Path
+        What it says.
     """
 
     def __init__(self, log):
-        self.name, self._log, self._process = f"ukrt-test-{uuid.uuid4().hex[:8]}", log, None
+        self.name, self.log, self._process = f"ukrt-test-{uuid.uuid4().hex[:8]}", log, None
         self.environment = {**os.environ, "JACK_DEFAULT_SERVER": self.name, "JACK_NO_START_SERVER": "1"}
 
     def start(self, rate=48000, period=128):
         command = ["jackd", "-n", self.name, "--no-realtime", "-d", "dummy", "-r", str(rate), "-p", str(period)]
-        with self._log.open("w") as file:
+        with self.log.open("w") as file:
             self._process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
         ends = time.monotonic() + 20
         while not self._runs():
             if self._process.poll() is not None or time.monotonic() > ends:
-                pytest.skip(f"jackd does not start here: {self._log.read_text()[-300:]}")
+                pytest.skip(f"jackd does not start here: {self.log.read_text()[-300:]}")
             time.sleep(0.1)
 
     def _runs(self):

@@ -7,6 +7,7 @@ and never looks at the devices again: while playing it belongs in a process of i
 """
 
 import math
+import sys
 import threading
 from dataclasses import dataclass
 
@@ -124,7 +125,6 @@ def check_settings(sample_rate=48000.0, block_size=None, latency="low", channels
             f"a latency of {latency!r} is not possible; it must be 'low', 'high' or 0 to {MOST_SECONDS:g} s"
         )
 
-
     if channels is not None and channels not in range(1, MOST_CHANNELS + 1):
         raise DeviceError(f"{channels} channels are not possible; it must be a whole number from 1 to {MOST_CHANNELS}")
 
@@ -227,6 +227,16 @@ class AudioOutput:
 
         threading.Thread(target=stop_and_close, name="ukrt-close", daemon=True).start()
         return done.wait(_CLOSE_SECONDS)
+
+
+def leave():
+    """Let go of all sound systems, as their servers expect: one whose client just vanishes waits for it, seconds long.
+
+    Where a server has died this may never return.
+    """
+    if (sounddevice := sys.modules.get("sounddevice")) is not None:
+        with quiet_stderr():
+            sounddevice._terminate()
 
 
 def _portaudio():

@@ -18,6 +18,7 @@ from .audio import OutputDevice, check_settings
 from .claims import claim, release
 
 _ANSWER_SECONDS = 10.0  # for opening a device: libraries of a cold disk, servers that start up (choice)
+_LEAVE_SECONDS = 1.0  # for taking leave of sound servers, which the child itself does not let last longer
 _CLOSE_SECONDS = 0.5  # closing takes 0.05 s as measured; on a dead server it never returns
 _GONE_SECONDS = 2.0
 _ROOT = pathlib.Path(__file__).parents[2]
@@ -87,6 +88,14 @@ class Child:
             raise getattr(errors, answer["kind"], errors.DeviceError)(answer["error"])
         return answer
 
+    def end(self):
+        """Let the child take leave of its sound servers and end, or kill it if that takes too long."""
+        with contextlib.suppress(OSError):
+            self._process.stdin.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_LEAVE_SECONDS)
+        self.kill()
+
     def kill(self):
         """End the child now; returns when it is gone, or cannot run any more before it goes."""
         self._process.kill()
@@ -121,7 +130,7 @@ def _ask_once(request, **arguments):
     try:
         return child.ask(request, **arguments)
     finally:
-        child.kill()
+        child.end()
 
 
 class AudioProcess:
@@ -221,6 +230,9 @@ class AudioProcess:
         if self._child.running:
             with contextlib.suppress(errors.UkrtError):
                 closed = self._child.ask("close", _CLOSE_SECONDS)["closed"]
-        self._child.kill()
+        if closed:
+            self._child.end()
+        else:
+            self._child.kill()
         release(self._engine, self)
         return closed
