@@ -1,6 +1,5 @@
 """``ukrt render``: a MIDI file becomes an audio file; a take becomes exactly what was heard when it was played."""
 
-import json
 import os
 import pathlib
 import sys
@@ -19,6 +18,7 @@ from .common import (
     number,
     say,
 )
+from .report import check_report_path, write_report
 
 _EPILOG = """\
 examples:
@@ -91,10 +91,10 @@ def run(args):
     """Render and tell what came of it."""
     from ..drivers.take_reader import is_take
 
-    target, report_path = _target(args), _report_path(args)
+    target, report_path = _target(args), args.report and check_report_path(args.report)
     report = _render_take(args, target) if is_take(args.midi) else _render(args, target, load_guitar(args))
     if report_path:
-        _write_report(report_path, report)
+        write_report(report_path, report)
     for warning in report["warnings"]:
         say(f"{args.midi}: {warning}")
     print(_summary(target, report))
@@ -180,26 +180,6 @@ def _target(args):
         if not (args.force or args.output):
             raise UsageError(f"{target} exists already; replace it with --force, or name a file with -o")
     return target
-
-
-def _report_path(args):
-    """Where the report goes, refused before any sound is computed if it cannot be written there."""
-    if args.report is None:
-        return None
-    path = pathlib.Path(args.report)
-    if path.is_dir() or not path.absolute().parent.is_dir():
-        raise UsageError(f"--report {path}: is a folder or in none that exists, a file name is needed")
-    return path
-
-
-def _write_report(path, report):
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise UsageError(f"--report {path}: cannot be written ({error.strerror}), a writable file is needed") from None
 
 
 class _progress:
