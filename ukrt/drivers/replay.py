@@ -13,7 +13,7 @@ import numpy as np
 
 from ukrt.drivers.take import environment, file_hash
 from ukrt.engine.player_layout import LOG_CAPACITY
-from ukrt.engine.stage_layout import CLASS_OTHER, KIND_MIDI, KIND_SHIFT, KIND_SWAP, ROOM, VALUE_MASK
+from ukrt.engine.stage_layout import CLASS_OTHER, KIND_MIDI, KIND_RESET, KIND_SHIFT, KIND_SWAP, ROOM, VALUE_MASK
 from ukrt.errors import ImpulseResponseError, MidiFileError
 from ukrt.radiation.impulse_response import impulse_response_names, load_impulse_response
 
@@ -107,8 +107,9 @@ class Replay:
                 where = f"{self.take.path}: has more than {PORTION} messages at frame {all_frames[first]}"
                 raise MidiFileError(f"{where}, the most that can be replayed")
         words = self.take.event_words[first:due]
-        for k in (first + np.flatnonzero(words >> KIND_SHIFT == KIND_SWAP)).tolist():
-            if all_frames[k] > now:  # it is prepared when all before it has been computed
+        torn = words == KIND_RESET << KIND_SHIFT
+        for k in (first + np.flatnonzero(torn | (words >> KIND_SHIFT == KIND_SWAP))).tolist():
+            if all_frames[k] > now:  # prepared when all before it is computed; a reset begins a block, as it did
                 due = int(np.searchsorted(all_frames, all_frames[k]))
                 break
         for k in range(first, due):

@@ -145,7 +145,8 @@ class Engine:
         torn = bool(self._si[at.G_BUSY])
         if torn:
             self._si[at.G_BUSY] = 0
-            self.send_event(at.AT_ONCE, at.KIND_RESET, 0)
+            self._stage.fill_ring()
+            self.send_event(at.AT_ONCE, at.KIND_RESET, 0, at.LANE_HOST)
         self._si[at.G_THREAD] = 0
         return torn
 

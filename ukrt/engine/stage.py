@@ -126,6 +126,16 @@ class Stage:
         dropped = min(max(int(self.si[counter]) + at.MAX_PIECE - len(rows) - first, 0), len(got))
         return count, got[dropped:], first - since + dropped
 
+    def fill_ring(self):
+        """Silence for the frames that a host computed but did not live to give to the card, so that the ring keeps
+        pace with the journal; only while nobody calls the callback."""
+        si, rows = self.si, int(self.si[at.G_RING_FRAMES])
+        first, end = int(si[at.N_RECORDED]), int(si[at.G_FRAME])
+        if si[at.G_RECORD] and first < end:
+            ring = self.arrays["ring"][: rows * self.channels].reshape(rows, self.channels)
+            ring[np.arange(first, end) % rows] = 0.0
+            si[at.N_RECORDED] = end
+
     def peak_recent(self):
         """The loudest sample that came to the limiter since the last call [1]."""
         peak = float(self.sd[at.M_PEAK_RECENT])

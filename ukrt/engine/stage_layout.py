@@ -10,7 +10,8 @@ VERSION = 1
 
 # Messages: one queue (lane) for each writer, so that none needs a lock ------------------------------------------------
 LANES = 4
-LANE_PLAYER, LANE_MIDI, LANE_JACK = 0, 1, 2  # this process (pieces, Python, replays); MIDI process; JACK's own MIDI
+LANE_PLAYER, LANE_MIDI, LANE_JACK, LANE_HOST = range(4)
+# this process (pieces, Python, replays); MIDI process; JACK's own MIDI; what must not wait behind a piece's messages
 QUEUE = 16384  # messages in a lane
 KIND_MIDI, KIND_SHED, KIND_RESET, KIND_SWAP = range(4)  # word = kind << 32 | status << 16 | data1 << 8 | data2
 KIND_SHIFT = 32

@@ -88,7 +88,7 @@ def process_frames(words, si, sd, out, n_frames, with_gain):
         d, i, v, vi = slot_arrays(words, si[at.G_SLOT])
         if now % instance_at.CHUNK == 0:
             tend_sensing(d, i, si, sd, now)
-        coming = take_messages(words, d, i, si, now)
+        coming = take_messages(words, d, i, si, sd, now)
         begin_chunk(d, i, now)
         end = timeline_next(i, min(coming, _chunk_end(si, now, now + n_frames - done)))
         if si[at.G_FADE] > 0:
