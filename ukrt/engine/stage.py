@@ -73,6 +73,8 @@ class Stage:
     @shed_budget.setter
     def shed_budget(self, load):
         self.sd[at.M_SHED_BUDGET] = load
+        if load == 0.0:
+            self.si[at.G_SHED_WANTED] = 0
 
     def settings(self):
         """What changes the samples of a card (dict)."""

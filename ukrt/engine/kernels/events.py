@@ -44,6 +44,7 @@ def rest(words, si):
         if slot == si[at.G_SLOT] or si[at.G_FADE] > 0:
             d, i, v, vi = slot_arrays(words, slot)
             come_to_rest(d, i, v, vi)
+            set_shed(d, i, v, vi, si[at.G_SHED])
     si[at.G_FADE] = 0
 
 
@@ -53,6 +54,7 @@ def swap(words, si, sd, now):
     old = si[at.G_SLOT]
     d0, i0, v0, vi0 = slot_arrays(words, old)
     d1, i1, v1, vi1 = slot_arrays(words, 1 - old)
+    set_shed(d0, i0, v0, vi0, 0)  # what goes over is whole: no string asleep
     transfer_state(d0, i0, v0, vi0, d1, i1, v1, vi1, now)
     set_shed(d1, i1, v1, vi1, si[at.G_SHED])
     si[at.G_SLOT], si[at.G_SWAP] = 1 - old, 0

@@ -68,6 +68,8 @@ def transfer_state(d0, i0, v0, vi0, d1, i1, v1, vi1, now):
     transfer_player(d0, i0, d1, i1, now, pace)
     if pace == 1.0 and i0[at.H_CONVOLVE] and i1[at.H_CONVOLVE] and _same_plan(vi0, vi1):
         # 1.5 MB of a half-second response; unsigned, or each index is looked at for a sign: twice the time
+        for k in range(convolver.SHED, convolver.DROP + len(convolver.SIZES)):
+            vi1[k] = vi0[k]
         for k in range(np.uint64(vi0[convolver.STATE_START]), np.uint64(vi0[convolver.STATE_STOP])):
             v1[k] = v0[k]
 
@@ -131,6 +133,7 @@ def _same_plan(vi0, vi1):
     if n > len(vi0) or n > len(vi1):
         return False
     for k in range(n):
-        if vi0[k] != vi1[k]:
+        state = convolver.SHED <= k < convolver.DROP + len(convolver.SIZES)  # what is left out now is no part of the plan
+        if vi0[k] != vi1[k] and not state:
             return False
     return True
