@@ -11,8 +11,7 @@ from numba import carray, types
 
 from ukrt.engine import stage_layout as at
 from ukrt.engine.kernels.card import to_card
-from ukrt.engine.kernels.events import shed, swap
-from ukrt.engine.kernels.jit import entry_point, kernel
+from ukrt.engine.kernels.jit import entry_point, inlined
 from ukrt.engine.kernels.machine import (
     FLUSH,
     address_of,
@@ -31,7 +30,7 @@ from ukrt.engine.kernels.slots import slot_filled
 from ukrt.engine.kernels.stage import process_frames
 
 
-@kernel
+@inlined
 def _stamp(words, si, n_frames):
     """Publish when this block begins, so that messages can be given their frame."""
     if si[at.G_THREAD] == 0:
@@ -45,7 +44,7 @@ def _stamp(words, si, n_frames):
     store_release(si, at.G_STAMP_SEQ, sequence + 2)
 
 
-@kernel
+@inlined
 def _count_flags(si, flags):
     """What the host says went wrong before this block."""
     si[at.N_INPUT_UNDERFLOWS] += flags & 1
@@ -55,7 +54,7 @@ def _count_flags(si, flags):
     si[at.N_PRIMING] += (flags >> 4) & 1
 
 
-@kernel
+@inlined
 def _count_load(si, sd, spent, n_frames):
     """One more block that took ``spent`` ticks, into the histogram of loads; returns its load [1]."""
     full = sd[at.M_TICKS_PER_SECOND] * n_frames / sd[at.M_RATE]
@@ -68,25 +67,19 @@ def _count_load(si, sd, spent, n_frames):
     return load
 
 
-@kernel
-def _begin_block(words, si, sd):
-    """Requests of the host's side are carried out between blocks."""
-    now = si[at.G_FRAME]
-    if si[at.G_SWAP] and si[at.G_SWAP_FRAME] < 0 and slot_filled(words, 1 - si[at.G_SLOT]):
-        swap(words, si, sd, now)
-    if si[at.G_SHED_WANTED] != si[at.G_SHED]:
-        shed(words, si, now, si[at.G_SHED_WANTED])
-
-
-@kernel
-def _for_card(words, si, sd, out, ring, n_frames):
-    """Live: pieces of bounded size, to float32."""
-    buffer = doubles_at(words[at.W_SD] + 8 * at.OUT, at.MAX_PIECE * at.MAX_CHANNELS)
-    done = 0
+@inlined
+def _compute(words, si, sd, out, raw, n_frames):
+    """Compute a block: doubles to the address ``out``; or, for a card, pieces of bounded size to float32 there."""
+    channels, done = si[at.G_CHANNELS], 0
     while done < n_frames:
-        n = min(at.MAX_PIECE, n_frames - done)
-        process_frames(words, si, sd, buffer, n, True)
-        to_card(si, sd, buffer, out, done, ring, n)
+        n, place = n_frames, out
+        if not raw:
+            n, place = min(at.MAX_PIECE, n_frames - done), words[at.W_SD] + 8 * at.OUT
+        buffer = doubles_at(place, n * channels)
+        process_frames(words, si, sd, buffer, n, raw)
+        if not raw:
+            ring = singles_at(words[at.W_RING], si[at.G_RING_FRAMES] * channels)
+            to_card(si, sd, buffer, singles_at(out, n_frames * channels), done, ring, n)
         done += n
 
 
@@ -103,15 +96,13 @@ def callback(_input, output, n_frames, _time, flags, host):
     mode = float_mode()
     set_float_mode(mode | FLUSH)
     si, sd = integers_at(words[at.W_SI], at.SI_SIZE), doubles_at(words[at.W_SD], at.SD_SIZE)
-    frames, channels = np.int64(n_frames), si[at.G_CHANNELS]
+    frames, raw = np.int64(n_frames), int(flags) & at.DOUBLE_OUTPUT != 0
     si[at.G_BUSY] = 1
     _stamp(words, si, frames)
-    _begin_block(words, si, sd)
-    if int(flags) & at.DOUBLE_OUTPUT:
-        process_frames(words, si, sd, doubles_at(address_of(output), frames * channels), frames, False)
-    else:
-        ring = singles_at(words[at.W_RING], si[at.G_RING_FRAMES] * channels)
-        _for_card(words, si, sd, carray(output, frames * channels, np.float32), ring, frames)
+    if si[at.G_SWAP] and si[at.G_SWAP_FRAME] < 0 and slot_filled(words, 1 - si[at.G_SLOT]):
+        si[at.G_SWAP_FRAME] = si[at.G_FRAME]
+    _compute(words, si, sd, address_of(output), raw, frames)
+    if not raw:
         _count_flags(si, int(flags))
     si[at.N_BLOCKS] += 1
     set_float_mode(mode)

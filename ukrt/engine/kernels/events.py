@@ -4,9 +4,11 @@ Enter the lanes of messages and the requests of hosts; leave the player's work, 
 acted, with its frame, so that a take can be replayed bit for bit.
 """
 
+import numpy as np
+
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
-from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.jit import inlined, kernel
 from ukrt.engine.kernels.player import player_message
 from ukrt.engine.kernels.process import come_to_rest
 from ukrt.engine.kernels.queue import first_frame, journal, next_lane, take_first
@@ -24,7 +26,7 @@ def mono_word(kind, value):
     return kind << at.KIND_SHIFT | (value & at.VALUE_MASK)
 
 
-@kernel
+@inlined
 def shed(words, si, now, level):
     """Let ``level`` be shed from now on."""
     si[at.G_SHED] = level
@@ -37,7 +39,7 @@ def shed(words, si, now, level):
             set_shed(d, i, v, vi, level)
 
 
-@kernel
+@inlined
 def rest(words, si):
     """Bring what sounds to rest; a crossfade ends."""
     for slot in range(2):
@@ -48,13 +50,13 @@ def rest(words, si):
     si[at.G_FADE] = 0
 
 
-@kernel
+@inlined
 def swap(words, si, sd, now):
     """The other slot's instance takes over what sounds and is held, and is faded in."""
     old = si[at.G_SLOT]
     d0, i0, v0, vi0 = slot_arrays(words, old)
     d1, i1, v1, vi1 = slot_arrays(words, 1 - old)
-    set_shed(d0, i0, v0, vi0, 0)  # what goes over is whole: no string asleep
+    set_shed(d0, i0, v0, vi0, np.int64(0))  # what goes over is whole: no string asleep
     transfer_state(d0, i0, v0, vi0, d1, i1, v1, vi1, now)
     set_shed(d1, i1, v1, vi1, si[at.G_SHED])
     si[at.G_SLOT], si[at.G_SWAP] = 1 - old, 0
@@ -68,14 +70,14 @@ def swap(words, si, sd, now):
     journal(si, now, mono_word(at.KIND_SWAP, si[at.G_SWAP_NUMBER]))
 
 
-@kernel
+@inlined
 def _deliver(d, i, si, now, word):
     """A MIDI message reaches the player."""
     journal(si, now, word)
     player_message(d, i, now, (word >> 16) & 0xFF, (word >> 8) & 0xFF, word & 0xFF)
 
 
-@kernel
+@inlined
 def _act(words, si, sd, now, word):
     """One of the stage's own events: of a take that is replayed, or the reset after a host's end within the callback,
     which comes at the beginning of a block."""
@@ -92,7 +94,7 @@ def _act(words, si, sd, now, word):
             si[at.G_MUTE_END] = now + value
 
 
-@kernel
+@inlined
 def _sense(si, lane, now, status):
     """Keep track of active sensing; True if the message was nothing else."""
     seen = at.LANE_SENSED + at.LANE_STEP * lane
@@ -104,7 +106,7 @@ def _sense(si, lane, now, status):
     return False
 
 
-@kernel
+@inlined
 def tend_sensing(d, i, si, sd, now):
     """End the notes where a lane that had active sensing has been silent for too long: a cable was pulled."""
     for lane in range(at.LANES):
@@ -117,7 +119,7 @@ def tend_sensing(d, i, si, sd, now):
                 _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _NOTES_OFF << 8)
 
 
-@kernel
+@inlined
 def _has_room(si, now):
     """Whether one more message may be played in this chunk; what may not waits for the next."""
     if si[at.G_CAP] == 0:
@@ -132,7 +134,7 @@ def _has_room(si, now):
     return True
 
 
-@kernel
+@inlined
 def take_messages(words, d, i, si, sd, now):
     """Deliver every message that is due, in order of frames; returns the frame at which to look again."""
     while True:

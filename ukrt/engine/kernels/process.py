@@ -10,7 +10,7 @@ from ukrt.engine import layout as at
 from ukrt.engine.kernels.advance import advance
 from ukrt.engine.kernels.convolve import convolve_chunk, convolver_reset
 from ukrt.engine.kernels.hands import perform
-from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.jit import inlined, kernel
 from ukrt.engine.kernels.player import player_tick
 from ukrt.engine.kernels.ports import sum_string
 from ukrt.engine.kernels.shed import tend_shed
@@ -19,7 +19,7 @@ from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
 TEND_EVERY = 4096  # frames between two looks at what is shed
 
 
-@kernel
+@inlined
 def begin_chunk(d, i, now):
     """What is due at ``now``, after the messages: housekeeping at its times, then gestures."""
     if now % at.CHUNK == 0:
@@ -29,7 +29,7 @@ def begin_chunk(d, i, now):
     perform_due(d, i, now)
 
 
-@kernel
+@inlined
 def perform_due(d, i, now):
     """Begin every gesture that is due."""
     while timeline_next(i, now + 1) <= now:
@@ -40,7 +40,7 @@ def perform_due(d, i, now):
         perform(d, i, kind, s, p0, p1, p2, p3)
 
 
-@kernel
+@inlined
 def compute_chunk(d, i, v, vi, now, n):
     """Compute ``n`` frames into the instance's own buffers; False if something is no number any more."""
     advance(d, i, n)
@@ -49,7 +49,7 @@ def compute_chunk(d, i, v, vi, now, n):
     return _is_sane(d, i, n)
 
 
-@kernel
+@inlined
 def _is_sane(d, i, n):
     """Whether the chunk is all numbers: what is none never leaves the state again, so its last sample tells."""
     total = d[at.BRIDGE + n - 1] + d[at.BRIDGE + at.CHUNK + n - 1]
@@ -84,7 +84,7 @@ def come_to_rest(d, i, v, vi):
         d[at.STRINGS_OUT + k] = 0.0
 
 
-@kernel
+@inlined
 def sample_of(d, i, k, channel):
     """Sample ``k`` of the chunk just computed, of one channel of the instance's signal [Pa] or [N]."""
     if i[at.H_SIGNAL] == at.SIGNAL_PRESSURE:

@@ -8,15 +8,15 @@ import math
 
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
-from ukrt.engine.kernels.events import mono_word, rest, swap, take_messages, tend_sensing
-from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.events import mono_word, rest, shed, swap, take_messages, tend_sensing
+from ukrt.engine.kernels.jit import inlined, kernel
 from ukrt.engine.kernels.process import begin_chunk, compute_chunk, sample_of
 from ukrt.engine.kernels.queue import journal
 from ukrt.engine.kernels.slots import slot_arrays
 from ukrt.engine.kernels.timeline import timeline_next
 
 
-@kernel
+@inlined
 def _chunk_end(si, now, last):
     """Where the chunk from ``now`` ends at the latest, for the stage's own sake."""
     end = min(last, (now // instance_at.CHUNK + 1) * instance_at.CHUNK)
@@ -37,12 +37,12 @@ def _weight(left):
     return 0.5 + 0.5 * math.cos(math.pi * (left - 0.5) / at.FADE)
 
 
-@kernel
-def _write(words, si, sd, d, i, n, out, first, with_gain):
+@inlined
+def _write(words, si, sd, d, i, n, out, first, raw):
     """The chunk's samples, interleaved, to ``out`` from frame ``first`` on, in the middle of a fade where there is one.
     """
     channels = si[at.G_CHANNELS]
-    gain = d[instance_at.METER + instance_at.M_GAIN] if with_gain else 1.0
+    gain = d[instance_at.METER + instance_at.M_GAIN] if not raw else 1.0
     for k in range(n):
         for channel in range(channels):
             out[(first + k) * channels + channel] = gain * sample_of(d, i, k, channel)
@@ -53,7 +53,7 @@ def _write(words, si, sd, d, i, n, out, first, with_gain):
         si[at.G_FADE_IN] -= n
     if si[at.G_FADE] > 0:
         d0, i0, _, _ = slot_arrays(words, 1 - si[at.G_SLOT])
-        old_gain = d0[instance_at.METER + instance_at.M_GAIN] if with_gain else 1.0
+        old_gain = d0[instance_at.METER + instance_at.M_GAIN] if not raw else 1.0
         for k in range(n):
             weight = _weight(si[at.G_FADE] - k)
             for channel in range(channels):
@@ -62,7 +62,7 @@ def _write(words, si, sd, d, i, n, out, first, with_gain):
         si[at.G_FADE] -= n
 
 
-@kernel
+@inlined
 def _compute(words, si, d, i, v, vi, now, n):
     """Compute the chunk in the instances that sound; what is muted or no number comes to rest."""
     sane = compute_chunk(d, i, v, vi, now, n)
@@ -78,13 +78,15 @@ def _compute(words, si, d, i, v, vi, now, n):
 
 
 @kernel
-def process_frames(words, si, sd, out, n_frames, with_gain):
-    """Compute ``n_frames`` frames into ``out``, a flat array of interleaved doubles."""
+def process_frames(words, si, sd, out, n_frames, raw):
+    """Compute ``n_frames`` frames into ``out``, a flat array of interleaved doubles; with the gain unless ``raw``."""
     done = 0
     while done < n_frames:
         now = si[at.G_FRAME]
         if si[at.G_SWAP] and 0 <= si[at.G_SWAP_FRAME] <= now:
             swap(words, si, sd, now)
+        if si[at.G_SHED_WANTED] != si[at.G_SHED]:
+            shed(words, si, now, si[at.G_SHED_WANTED])
         d, i, v, vi = slot_arrays(words, si[at.G_SLOT])
         if now % instance_at.CHUNK == 0:
             tend_sensing(d, i, si, sd, now)
@@ -97,6 +99,6 @@ def process_frames(words, si, sd, out, n_frames, with_gain):
             end = timeline_next(i0, end)
         n = end - now
         _compute(words, si, d, i, v, vi, now, n)
-        _write(words, si, sd, d, i, n, out, done, with_gain)
+        _write(words, si, sd, d, i, n, out, done, raw)
         si[at.G_FRAME] = end
         done += n

@@ -133,7 +133,7 @@ def _same_plan(vi0, vi1):
     if n > len(vi0) or n > len(vi1):
         return False
     for k in range(n):
-        state = convolver.SHED <= k < convolver.DROP + len(convolver.SIZES)  # what is left out now is no part of the plan
+        state = convolver.SHED <= k < convolver.DROP + len(convolver.SIZES)  # what is left out now: no part of the plan
         if vi0[k] != vi1[k] and not state:
             return False
     return True
