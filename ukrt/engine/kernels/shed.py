@@ -8,6 +8,8 @@ alone, so that a take that notes when it changed gives the same bits again.
 3  ... louder ones too; fingers and dampers that come down have one contact (hands.py)
 """
 
+import numpy as np
+
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.convolve import convolver_shed
 from ukrt.engine.kernels.energy import string_energy
@@ -32,7 +34,7 @@ def set_shed(d, i, v, vi, level):
         for s in range(i[at.H_STRINGS]):
             wake_string(d, i, s)
     else:
-        _hush_silent(d, i, 2)  # the next look may come at once
+        _hush_silent(d, i, np.int64(2))  # the next look may come at once
 
 
 @kernel
@@ -46,7 +48,7 @@ def tend_shed(d, i, now):
             i[own_i + at.SI_LOOKS] -= 1
             if i[own_i + at.SI_LOOKS] <= 0:
                 sleep_string(d, i, s)
-    _hush_silent(d, i, 1)
+    _hush_silent(d, i, np.int64(1))  # a variable to the compiler, which would make a function for each constant
 
 
 @kernel
