@@ -41,6 +41,8 @@ def replayed(entries, load, frames, settings, block):
             engine.swap(frame)
         elif word >> at.KIND_SHIFT == at.KIND_MIDI:
             engine.send(frame, word >> 16, word >> 8, word)
+        elif word == at.KIND_RESET << at.KIND_SHIFT:
+            assert engine.recover(torn=True)
         else:
             engine.send_event(frame, word >> at.KIND_SHIFT, word & at.VALUE_MASK)
     engine.close()

@@ -17,6 +17,7 @@ from ukrt.engine.stage_layout import CLASS_OTHER, KIND_MIDI, KIND_RESET, KIND_SH
 from ukrt.errors import ImpulseResponseError, MidiFileError
 from ukrt.radiation.impulse_response import impulse_response_names, load_impulse_response
 
+RESET_TORN = KIND_RESET << KIND_SHIFT  # no frames muted: a host had died within the callback
 PORTION = ROOM[CLASS_OTHER]  # messages sent before the engine runs again: the most that a lane never refuses
 HARVEST = LOG_CAPACITY - PORTION  # notes after which the log is looked at: none is overwritten unseen
 PROGRESS_FRAMES = 1 << 15
@@ -107,7 +108,7 @@ class Replay:
                 where = f"{self.take.path}: has more than {PORTION} messages at frame {all_frames[first]}"
                 raise MidiFileError(f"{where}, the most that can be replayed")
         words = self.take.event_words[first:due]
-        torn = words == KIND_RESET << KIND_SHIFT
+        torn = words == RESET_TORN
         for k in (first + np.flatnonzero(torn | (words >> KIND_SHIFT == KIND_SWAP))).tolist():
             if all_frames[k] > now:  # prepared when all before it is computed; a reset begins a block, as it did
                 due = int(np.searchsorted(all_frames, all_frames[k]))
@@ -125,6 +126,8 @@ class Replay:
         if kind == KIND_MIDI:
             sent = self.engine.send(frame, value >> 16, value >> 8 & 0xFF, value & 0xFF)
             self._notes_sent += value >> 16 & 0xF0 == 0x90 and value & 0xFF > 0
+        elif word == RESET_TORN:
+            sent = self.engine.recover(torn=True)
         else:
             sent = self.engine.send_event(frame, kind, value)
         if not sent:

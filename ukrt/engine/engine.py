@@ -134,19 +134,24 @@ class Engine:
         return bool(lane_push(self._si, lane, frame, word))
 
     def send_event(self, frame, kind, value, lane=at.LANE_PLAYER):
-        """Queue one of the stage's own events (KIND_SHED, KIND_RESET), as `journal` gave them; see `send`."""
+        """Queue one of the stage's own events (KIND_SHED; KIND_RESET of some frames), as `journal` gave them; see
+        `send`."""
         return bool(lane_push(self._si, lane, frame, kind << at.KIND_SHIFT | value & at.VALUE_MASK))
 
-    def recover(self):
-        """Ask for everything to come to rest if a host died within the callback; True if one did.
+    def recover(self, torn=False):
+        """Let everything come to rest at the next block if a host died within the callback; True if one did.
 
         Only when nobody calls the callback any more.
+
+        Parameters
+        ----------
+        torn : bool
+            That one did is known (from a take).
         """
-        torn = bool(self._si[at.G_BUSY])
+        torn = torn or bool(self._si[at.G_BUSY])
         if torn:
-            self._si[at.G_BUSY] = 0
+            self._si[at.G_BUSY], self._si[at.G_TORN] = 0, 1
             self._stage.fill_ring()
-            self.send_event(at.AT_ONCE, at.KIND_RESET, 0, at.LANE_HOST)
         self._si[at.G_THREAD] = 0
         return torn
 

@@ -10,8 +10,7 @@ VERSION = 1
 
 # Messages: one queue (lane) for each writer, so that none needs a lock ------------------------------------------------
 LANES = 4
-LANE_PLAYER, LANE_MIDI, LANE_JACK, LANE_HOST = range(4)
-# this process (pieces, Python, replays); MIDI process; JACK's own MIDI; what must not wait behind a piece's messages
+LANE_PLAYER, LANE_MIDI, LANE_JACK = 0, 1, 2  # this process (pieces, Python, replays); MIDI process; JACK's own MIDI
 QUEUE = 16384  # messages in a lane
 KIND_MIDI, KIND_SHED, KIND_RESET, KIND_SWAP = range(4)  # word = kind << 32 | status << 16 | data1 << 8 | data2
 KIND_SHIFT = 32
@@ -62,8 +61,8 @@ JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
 (
     G_FRAME, G_CHANNELS, G_SLOT, G_SWAP, G_SWAP_FRAME, G_SWAP_NUMBER, G_FADE, G_LIMITER, G_CAP, G_BUSY, G_THREAD,
     G_STAMP_SEQ, G_STAMP_FRAME, G_STAMP_NS, G_MUTE_END, G_CAP_CHUNK, G_CAP_USED, G_SHED, G_SHED_WANTED, G_SHED_HOT,
-    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_CAP_HELD,
-) = range(HEAD, HEAD + 26)  # fmt: skip
+    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_CAP_HELD, G_TORN,
+) = range(HEAD, HEAD + 27)  # fmt: skip
 # G_FRAME        the next frame to be computed
 # G_SLOT         which of the two instances is heard
 # G_SWAP         1: the other instance takes over at G_SWAP_FRAME (AT_ONCE: at the next block)
@@ -71,6 +70,7 @@ JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
 # G_CAP          most messages played in one chunk of 64 frames, the rest wait (0: no bound)
 # G_CAP_HELD     1 while messages wait because of it
 # G_BUSY         1 while a host is inside the callback: a host that dies there leaves a torn state
+# G_TORN         1: a host died there; everything comes to rest at the beginning of the next block
 # G_THREAD       the operating system's number of the thread that calls (0: not known)
 # G_STAMP_*      the start of the last block: frame and monotonic clock [ns], written between two steps of G_STAMP_SEQ
 # G_STAMP_BLOCK  its frames

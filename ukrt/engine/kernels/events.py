@@ -78,20 +78,25 @@ def _deliver(d, i, si, now, word):
 
 
 @inlined
-def _act(words, si, sd, now, word):
-    """One of the stage's own events: of a take that is replayed, or the reset after a host's end within the callback,
-    which comes at the beginning of a block."""
+def mend(words, si, sd, now):
+    """A host died within the callback and left a torn state, seen at the beginning of a block."""
+    rest(words, si)
+    sd[at.M_ENVELOPE] = 0.0  # the limiter has not seen what that host had computed
+    si[at.G_TORN] = 0
+    si[at.N_RESETS] += 1
+    journal(si, now, mono_word(at.KIND_RESET, 0))
+
+
+@inlined
+def _act(words, si, now, word):
+    """One of the stage's own events, of a take that is replayed."""
     kind, value = word >> at.KIND_SHIFT, word & at.VALUE_MASK
     if kind == at.KIND_SHED:
         shed(words, si, now, value)
-    elif kind == at.KIND_RESET:
+    elif kind == at.KIND_RESET and value > 0:
         journal(si, now, word)
         si[at.N_RESETS] += 1
-        if value == 0:
-            rest(words, si)
-            sd[at.M_ENVELOPE] = 0.0  # the limiter has not seen what the host that ended had computed
-        else:
-            si[at.G_MUTE_END] = now + value
+        si[at.G_MUTE_END] = now + value
 
 
 @inlined
@@ -135,7 +140,7 @@ def _has_room(si, now):
 
 
 @inlined
-def take_messages(words, d, i, si, sd, now):
+def take_messages(words, d, i, si, now):
     """Deliver every message that is due, in order of frames; returns the frame at which to look again."""
     while True:
         lane = next_lane(si)
@@ -149,7 +154,7 @@ def take_messages(words, d, i, si, sd, now):
         if 0 <= frame < now:
             si[at.N_DELAYED if si[at.G_CAP_HELD] else at.N_LATE_MESSAGES] += 1
         if word >> at.KIND_SHIFT != at.KIND_MIDI:
-            _act(words, si, sd, now, word)
+            _act(words, si, now, word)
         elif not _sense(si, lane, now, (word >> 16) & 0xFF):
             si[at.N_MIDI] += 1
             _deliver(d, i, si, now, word)

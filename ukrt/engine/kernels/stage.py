@@ -8,7 +8,7 @@ import math
 
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
-from ukrt.engine.kernels.events import mono_word, rest, shed, swap, take_messages, tend_sensing
+from ukrt.engine.kernels.events import mend, mono_word, rest, shed, swap, take_messages, tend_sensing
 from ukrt.engine.kernels.jit import inlined, kernel
 from ukrt.engine.kernels.process import begin_chunk, compute_chunk, sample_of
 from ukrt.engine.kernels.queue import journal
@@ -83,6 +83,8 @@ def process_frames(words, si, sd, out, n_frames, raw):
     done = 0
     while done < n_frames:
         now = si[at.G_FRAME]
+        if si[at.G_TORN]:
+            mend(words, si, sd, now)
         if si[at.G_SWAP] and 0 <= si[at.G_SWAP_FRAME] <= now:
             swap(words, si, sd, now)
         if si[at.G_SHED_WANTED] != si[at.G_SHED]:
@@ -90,7 +92,7 @@ def process_frames(words, si, sd, out, n_frames, raw):
         d, i, v, vi = slot_arrays(words, si[at.G_SLOT])
         if now % instance_at.CHUNK == 0:
             tend_sensing(d, i, si, sd, now)
-        coming = take_messages(words, d, i, si, sd, now)
+        coming = take_messages(words, d, i, si, now)
         begin_chunk(d, i, now)
         end = timeline_next(i, min(coming, _chunk_end(si, now, now + n_frames - done)))
         if si[at.G_FADE] > 0:
