@@ -27,7 +27,7 @@ def test_a_piece_is_played_and_kept(begin, piece, server, tmp_path):
     report, err = ended(begin(piece, "--seconds", 2, "--driver", "portaudio", "--channels", 1), tmp_path)
     assert "JACK" in report["output"] and err == "" and not report["session"]["away"]
     assert (report["sample_rate"], report["block_size"]) == (48000.0, 128)
-    assert report["counters"]["notes_on"] == 2 and report["counters"]["late_messages"] == 0
+    assert report["counters"]["notes_on"] == 2 and report["counters"]["midi_dropped"] == 0
     assert report["counters"]["blocks"] > 0.5 * 2 * 48000 / 128  # machines are noisy
     assert "ClientNotify fails" not in server.log.read_text()
 
@@ -41,12 +41,13 @@ def test_a_rate_that_the_server_does_not_run_at_is_refused(server, ukrt_process,
 def test_another_client_plays_the_guitar(begin, sequencer, ukrt_process, server, tmp_path):
     assert "sequencer" in ukrt_process("devices", environment=server.environment)[1]
     playing = begin("--midi-in", "sequencer")
-    time.sleep(2.5)
+    while "listening to sequencer" not in (line := playing.stderr.readline()):
+        assert line, "ukrt play ended early"
+    time.sleep(2.0)
     playing.send_signal(signal.SIGINT)
-    report, err = ended(playing, tmp_path)
-    assert 2 <= report["counters"]["notes_on"] <= 8  # 2 a second, once the port has been opened
-    assert "sequencer" in err and report["counters"]["late_messages"] == 0
-    assert report["midi"][0]["received"] == report["counters"]["midi_received"]
+    report, _ = ended(playing, tmp_path)
+    assert 2 <= report["counters"]["notes_on"] <= 12  # 2 a second
+    assert report["midi"][0]["received"] >= 2
 
 
 def test_a_server_that_dies_and_comes_back(begin, server, piece, tmp_path):
