@@ -19,7 +19,7 @@ from ..errors import DeviceError, UkrtError
 from . import audio, scheduling
 
 _WATCH_SECONDS = 0.05  # between two looks whether PortAudio goes on
-_LEAVE_SECONDS = 0.5  # for PortAudio to take leave of its servers; measured: 0.02 s with JACK
+_LEAVE_SECONDS = 2.0  # for PortAudio to take leave of its servers; measured: 0.02 s with JACK
 _THREAD_SECONDS = 1.0  # for the first block to tell which thread calls
 
 

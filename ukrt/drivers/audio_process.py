@@ -18,7 +18,7 @@ from .audio import OutputDevice, check_settings
 from .claims import claim, release
 
 _ANSWER_SECONDS = 10.0  # for opening a device: libraries of a cold disk, servers that start up (choice)
-_LEAVE_SECONDS = 1.0  # for taking leave of sound servers, which the child itself does not let last longer
+_LEAVE_SECONDS = 3.0  # for taking leave of sound servers, which the child itself does not let last longer
 _CLOSE_SECONDS = 0.5  # closing takes 0.05 s as measured; on a dead server it never returns
 _GONE_SECONDS = 2.0
 _ROOT = pathlib.Path(__file__).parents[2]
