@@ -22,7 +22,10 @@ _QUANTILES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "max": 1.0}
 
 @dataclasses.dataclass(frozen=True)
 class Slice:
-    """What was counted while one source played under one stress."""
+    """What was counted while one source played under one stress.
+
+    ``frames`` and ``seconds`` belong together exactly; ``block`` is how many frames a callback had (0 if none came).
+    """
 
     source: str
     stress: str
@@ -30,17 +33,13 @@ class Slice:
     seconds: float
     frames: int
     blocks: int
+    block: float
     missing_frames: int
     flags: dict
     xruns: int
     loads: dict
     latency: float
     longest_gap_ms: float | None
-
-    @property
-    def block(self):
-        """Frames a callback, as they came (float; 0 if none came)."""
-        return self.frames / self.blocks if self.blocks else 0.0
 
     @property
     def missing(self):
@@ -78,21 +77,23 @@ def measure_slice(source, output, stress, seconds, block):
         _wait_for(source, began)
         _raise(_threads() - threads)
         time.sleep(_SETTLE_SECONDS)
-        xruns, (start, first), before = _xruns(output), _frame_now(source), source.counts()
+        xruns, (start, first), before = _xruns(output), _frame_now(source), _counts(source)
         run_stress(stress, seconds)
-        (end, last), after = _frame_now(source), source.counts()
+        (end, last), after = _frame_now(source), _counts(source)
         xruns = _xruns(output) - xruns
         gap, latency = source.longest_gap() if hasattr(source, "longest_gap") else None, float(output.latency)
     finally:
         output.close()
     elapsed = end - start
+    blocks = after["blocks"] - before["blocks"]
     return Slice(
         source=source.name,
         stress=stress,
         asked_block=block,
         seconds=elapsed,
         frames=last - first,
-        blocks=after["blocks"] - before["blocks"],
+        blocks=blocks,
+        block=(after["frames"] - before["frames"]) / blocks if blocks else 0.0,
         missing_frames=max(0, int(elapsed * source.sample_rate) - (last - first)),
         flags={kind: after["flags"][kind] - before["flags"][kind] for kind in after["flags"]},
         xruns=xruns,
@@ -211,6 +212,15 @@ def _frame_now(source):
         if best is None or after - before < best[0]:
             best = (after - before, (before, frame))
     return best[1]
+
+
+def _counts(source):
+    """What the source has counted, read between two callbacks where that can be had."""
+    for _ in range(20):
+        counts = source.counts()
+        if source.frame == counts["frames"]:
+            break
+    return counts
 
 
 def _xruns(output):

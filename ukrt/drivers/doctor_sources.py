@@ -48,9 +48,9 @@ class Compiled:
 
     def counts(self):
         """Frames, blocks, flags by kind and the histogram of loads so far (dict)."""
-        counters = self.engine.counters()
+        frame, counters = self.engine.frame, self.engine.counters()
         return {
-            "frames": self.engine.frame,
+            "frames": frame,
             "blocks": counters["blocks"],
             "flags": {kind: counters.get(kind, 0) for kind in _FLAG_KINDS},
             "loads": dict(counters["load_histogram"]),
