@@ -77,9 +77,9 @@ def measure_slice(source, output, stress, seconds, block):
         _wait_for(source, began)
         _raise(_threads() - threads)
         time.sleep(_SETTLE_SECONDS)
-        xruns, (start, first), before = _xruns(output), _frame_now(source), _counts(source)
+        xruns, (start, first), before = _xruns(output), _frame_now(source), source.counts()
         run_stress(stress, seconds)
-        (end, last), after = _frame_now(source), _counts(source)
+        (end, last), after = _frame_now(source), source.counts()
         xruns = _xruns(output) - xruns
         gap, latency = source.longest_gap() if hasattr(source, "longest_gap") else None, float(output.latency)
     finally:
@@ -212,15 +212,6 @@ def _frame_now(source):
         if best is None or after - before < best[0]:
             best = (after - before, (before, frame))
     return best[1]
-
-
-def _counts(source):
-    """What the source has counted, read between two callbacks where that can be had."""
-    for _ in range(20):
-        counts = source.counts()
-        if source.frame == counts["frames"]:
-            break
-    return counts
 
 
 def _xruns(output):

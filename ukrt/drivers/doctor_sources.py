@@ -9,12 +9,14 @@ import time
 
 import numpy as np
 
+from ..engine import stage_layout as at
 from ..engine.kernels import idle
 from .null import CALLBACK
 
 PLUCK_SECONDS = 2.0
 _FIRST_SECONDS = 0.05  # from the start of a slice to its first pluck
 _VELOCITY = 100
+_TRIES = 100  # of reading between two blocks; one takes about a tenth of a block of 64 frames
 _FLAG_KINDS = ("input_underflows", "input_overflows", "underflows", "overflows", "priming")  # PortAudio's bits 0 to 4
 
 
@@ -48,13 +50,23 @@ class Compiled:
 
     def counts(self):
         """Frames, blocks, flags by kind and the histogram of loads so far (dict)."""
-        frame, counters = self.engine.frame, self.engine.counters()
+        frames, counters = self._between_blocks()
         return {
-            "frames": frame,
+            "frames": frames,
             "blocks": counters["blocks"],
             "flags": {kind: counters.get(kind, 0) for kind in _FLAG_KINDS},
             "loads": dict(counters["load_histogram"]),
         }
+
+    def _between_blocks(self):
+        """Frames and counters that belong together: read while no block is computed, where that can be had."""
+        si = self.engine.stage.si
+        for _ in range(_TRIES):
+            sequence, busy = int(si[at.G_STAMP_SEQ]), si[at.G_BUSY]
+            read = self.engine.frame, self.engine.counters()
+            if not busy and sequence == si[at.G_STAMP_SEQ]:
+                break
+        return read
 
     def strings_plucked(self):
         """How many different strings have been plucked."""
@@ -111,7 +123,7 @@ class Interpreted(Compiled):
 
     def __init__(self, engine):
         super().__init__(engine)
-        self._blocks, self._flags = 0, [0] * len(_FLAG_KINDS)
+        self._seen, self._flags = (0, 0), [0] * len(_FLAG_KINDS)
         self._loads = {}
         self._function = CALLBACK(self._as_c)
         self.callback_address = ctypes.cast(self._function, ctypes.c_void_p).value
@@ -123,15 +135,16 @@ class Interpreted(Compiled):
         out[:] = self.engine.process_card(frames)
         for kind in range(len(_FLAG_KINDS)):
             self._flags[kind] += (flags >> kind) & 1
-        self._blocks += 1
         load = (time.perf_counter() - began) * self.engine.sample_rate / frames
         rounded = float(f"{load:.2g}")
         self._loads[rounded] = self._loads.get(rounded, 0) + 1
+        self._seen = (self._seen[0] + frames, self._seen[1] + 1)  # at once: another thread reads both
 
     def counts(self):
         """As `Compiled.counts`, from what the Python function saw."""
         flags = dict(zip(_FLAG_KINDS, self._flags, strict=True))
-        return {"frames": self.engine.frame, "blocks": self._blocks, "flags": flags, "loads": dict(self._loads)}
+        frames, blocks = self._seen
+        return {"frames": frames, "blocks": blocks, "flags": flags, "loads": dict(self._loads)}
 
     def _as_c(self, _input, out, frames, _time, flags, _userdata):
         shape = (frames, self.engine.channels)
