@@ -1,7 +1,7 @@
 """Renders MIDI files to sound, offline: a path and a preset enter, samples (or an audio file) and a report leave.
 
-Sample 0 is MIDI time 0 and releases fall on the notes' times; `ukrt.drivers.offline` says how, and where the sound
-ends.
+Sample 0 is MIDI time 0 and releases fall on the notes' times; `ukrt.drivers.files.offline` says how, and where the
+sound ends.
 
 Engines give Pa or N. Full scale 1.0 is 1 Pa or 1 N times the gain: for ``pressure`` the preset's ``radiation.gain_db``
 plus ``gain_db``; for ``bridge-force`` and ``strings`` ``gain_db`` alone (a force is no loudness). Normalising, where
@@ -15,9 +15,9 @@ import tempfile
 
 import numpy as np
 
-from ukrt.drivers.audio_file import AudioWriter, check_audio_path
-from ukrt.drivers.midi_file import load_midi_file
-from ukrt.drivers.offline import MAX_TAIL_SECONDS, Performance
+from ukrt.drivers.files.audio import AudioWriter, check_audio_path
+from ukrt.drivers.files.midi import load_midi_file
+from ukrt.drivers.files.offline import MAX_TAIL_SECONDS, Performance
 from ukrt.errors import AudioFileError, ParameterError
 from ukrt.units import db_to_gain, gain_to_db
 

@@ -4,7 +4,7 @@ import ctypes
 
 import numpy as np
 
-from ukrt.drivers.null import CALLBACK
+from ukrt.drivers.sound.null import CALLBACK
 
 
 class FakeEngine:

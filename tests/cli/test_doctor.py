@@ -13,10 +13,10 @@ import uuid
 import pytest
 
 from ukrt.cli.main import main
-from ukrt.drivers import doctor_outputs
-from ukrt.drivers.doctor_advice import PROBLEM
-from ukrt.drivers.midi_host import MARGIN_SECONDS
-from ukrt.drivers.system_facts import system_facts
+from ukrt.drivers.doctor import outputs as doctor_outputs
+from ukrt.drivers.doctor.advice import PROBLEM
+from ukrt.drivers.doctor.system_facts import system_facts
+from ukrt.drivers.midi.host import MARGIN_SECONDS
 
 SOURCES = ("compiled", "empty", "python")
 

@@ -5,9 +5,9 @@ import time
 import pytest
 
 from ukrt.cli.doctor import turns_of
-from ukrt.drivers.doctor_advice import GOOD, HINT, PROBLEM, advise, clearly_more, key_to_sound, recommend
-from ukrt.drivers.doctor_measure import Slice, summarize, within_range
-from ukrt.drivers.stress import WORDS, run_stress
+from ukrt.drivers.doctor.advice import GOOD, HINT, PROBLEM, advise, clearly_more, key_to_sound, recommend
+from ukrt.drivers.doctor.measure import Slice, summarize, within_range
+from ukrt.drivers.doctor.stress import WORDS, run_stress
 
 
 def machine(**changes):

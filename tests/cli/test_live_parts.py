@@ -7,7 +7,7 @@ import pytest
 import soundfile
 from fake_engine import FakeEngine
 
-from ukrt.drivers.null import NullOutput, new_recording_path
+from ukrt.drivers.sound.null import NullOutput, new_recording_path
 from ukrt.errors import AudioFileError
 
 

@@ -15,8 +15,8 @@ import ukrt.cli.play
 from ukrt.cli import play_parts
 from ukrt.cli.main import main
 from ukrt.cli.play_parts import Way, bundled_piece
-from ukrt.drivers.midi_file import load_midi_file
-from ukrt.drivers.null import NullOutput
+from ukrt.drivers.files.midi import load_midi_file
+from ukrt.drivers.sound.null import NullOutput
 from ukrt.errors import DeviceError
 
 NULL = ("--driver", "null", "--midi-in", "none")

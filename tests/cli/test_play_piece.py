@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from fake_engine import FakeEngine
 
-from ukrt.drivers.feeder import PiecePlayer, loose_ends
-from ukrt.drivers.midi_file import Score
+from ukrt.drivers.files.midi import Score
+from ukrt.drivers.live.piece import PiecePlayer, loose_ends
 
 NOTE = (0x90, 60, 99)
 OFF = (0x80, 60, 0)

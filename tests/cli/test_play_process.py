@@ -37,7 +37,7 @@ def test_the_second_signal_leaves_at_once_with_whole_files(tmp_path, start_ukrt)
     """Here a device hangs when it is closed, as those of dead servers do."""
     code = (
         "import sys, time\n"
-        "from ukrt.drivers.null import NullOutput\n"
+        "from ukrt.drivers.sound.null import NullOutput\n"
         "from ukrt.cli.main import run\n"
         "NullOutput.close = lambda self: (print('closing', file=sys.stderr, flush=True), time.sleep(60))\n"
         "run()\n"

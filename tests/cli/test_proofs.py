@@ -108,7 +108,7 @@ def test_memory_that_grows_has_a_slope():
 
 
 def test_the_dense_piece_plays_all_strings(tmp_path):
-    from ukrt.drivers.midi_file import load_midi_file
+    from ukrt.drivers.files.midi import load_midi_file
 
     count = dense.make_piece(tmp_path / "dense.mid")
     score = load_midi_file(tmp_path / "dense.mid")

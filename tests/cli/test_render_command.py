@@ -68,12 +68,12 @@ def test_a_refused_file_leaves_nothing(capsys, tmp_path):
 
 
 def test_interruption_leaves_nothing(capsys, tmp_path, piece, monkeypatch):
-    import ukrt.drivers.offline
+    import ukrt.drivers.files.offline
 
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(ukrt.drivers.offline.Performance, "_done", interrupted)
+    monkeypatch.setattr(ukrt.drivers.files.offline.Performance, "_done", interrupted)
     assert render(piece) == 130
     assert [p.name for p in tmp_path.iterdir()] == ["piece.mid"]
     assert capsys.readouterr().err.count("\n") == 1

@@ -7,7 +7,7 @@ import pytest
 import soundfile
 
 from ukrt.cli.main import main
-from ukrt.drivers.recorder import Recorder
+from ukrt.drivers.takes.recorder import Recorder
 from ukrt.engine.engine import Engine
 from ukrt.model.presets import load_preset
 

@@ -37,7 +37,7 @@ def test_works_outside_the_checkout(wheel, tmp_path):
     code = (
         "import ukrt, ukrt.cli.play as play\n"
         "assert 'site' in ukrt.__file__, ukrt.__file__\n"
-        "from ukrt.drivers.midi_file import load_midi_file\n"
+        "from ukrt.drivers.files.midi import load_midi_file\n"
         "from ukrt.radiation.impulse_response import load_impulse_response\n"
         "for name in ukrt.preset_names():\n"
         "    guitar = ukrt.load_preset(name)\n"

@@ -11,7 +11,7 @@ import uuid
 
 import pytest
 
-from ukrt.drivers.null import NullOutput
+from ukrt.drivers.sound.null import NullOutput
 
 
 def wait_until(condition, seconds=20.0, meanwhile=lambda: None):

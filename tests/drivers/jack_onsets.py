@@ -9,7 +9,7 @@ import time
 import numpy as np
 from drivers.jack_world import PulseEngine, Recorder, Sender, wait_until
 
-from ukrt.drivers.jack import JackOutput, server_rate
+from ukrt.drivers.jack.client import JackOutput, server_rate
 
 
 def onsets(output, sender, recorder, count=50):

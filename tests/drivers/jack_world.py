@@ -18,7 +18,7 @@ try:
 except (ImportError, OSError) as error:
     pytest.skip(f"needs JACK-Client and libjack: {error}", allow_module_level=True)
 
-from ukrt.drivers.jack import JackOutput
+from ukrt.drivers.jack.client import JackOutput
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels.machine import integers_at
 from ukrt.engine.kernels.queue import first_frame, take_first

@@ -4,7 +4,7 @@ import dataclasses
 
 from devices import wait_until
 
-from ukrt.drivers.live import LiveSession
+from ukrt.drivers.live.session import LiveSession
 from ukrt.engine.engine import Engine
 from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset

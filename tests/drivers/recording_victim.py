@@ -8,7 +8,7 @@ import pathlib
 import sys
 import time
 
-from ukrt.drivers.recorder import Recorder
+from ukrt.drivers.takes.recorder import Recorder
 from ukrt.engine import stage_layout as at
 from ukrt.engine.engine import Engine
 from ukrt.model.presets import load_preset

@@ -2,8 +2,8 @@
 
 import dataclasses
 
-from ukrt.drivers.growing import GrowingTake
-from ukrt.drivers.take import Sound
+from ukrt.drivers.takes.growing import GrowingTake
+from ukrt.drivers.takes.take import Sound
 from ukrt.engine.stage_layout import KIND_RESET, KIND_SHED, KIND_SHIFT, KIND_SWAP
 from ukrt.model.presets import load_preset
 

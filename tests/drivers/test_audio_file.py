@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from ukrt.drivers import audio_file
-from ukrt.drivers.audio_file import AudioWriter
+from ukrt.drivers.files import audio as audio_file
+from ukrt.drivers.files.audio import AudioWriter
 from ukrt.errors import AudioFileError
 
 RATE = 48000
@@ -143,7 +143,7 @@ def test_a_full_disk_is_told_and_leaves_nothing(tmp_path):
     script = """
 import resource, sys, numpy
 resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
-from ukrt.drivers.audio_file import AudioWriter
+from ukrt.drivers.files.audio import AudioWriter
 from ukrt.errors import AudioFileError
 try:
     with AudioWriter(sys.argv[1], 48000, 2) as writer:

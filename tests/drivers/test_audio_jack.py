@@ -7,9 +7,9 @@ import subprocess
 import pytest
 from devices import JackServer, needs_jack, wait_until
 
-from ukrt.drivers import audio_process
-from ukrt.drivers.audio_process import AudioProcess
-from ukrt.drivers.live import LiveSession
+from ukrt.drivers.live.session import LiveSession
+from ukrt.drivers.sound import process as audio_process
+from ukrt.drivers.sound.process import AudioProcess
 from ukrt.engine.engine import Engine
 from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset
@@ -41,7 +41,7 @@ def engine():
 def open_jack(engine):
     """JACK without PortAudio between, where its optional dependency is installed."""
     pytest.importorskip("jack")
-    from ukrt.drivers.jack import JackOutput
+    from ukrt.drivers.jack.client import JackOutput
 
     return JackOutput(engine)
 
@@ -142,7 +142,7 @@ def test_the_child_does_not_outlive_its_parent(jack, tmp_path):
     """Neither SIGINT (a terminal sends it to both) nor SIGTERM ends the child, but the end of its parent does."""
     script = (
         "import os, time\n"
-        "from ukrt.drivers.audio_process import AudioProcess\n"
+        "from ukrt.drivers.sound.process import AudioProcess\n"
         "from ukrt.engine.engine import Engine\n"
         "from ukrt.model.presets import load_preset\n"
         "engine = Engine(load_preset('paper'), shared=True)\n"

@@ -5,8 +5,8 @@ import pytest
 import soundfile
 from devices import wait_until
 
-from ukrt.drivers import null
-from ukrt.drivers.null import NullOutput
+from ukrt.drivers.sound import null
+from ukrt.drivers.sound.null import NullOutput
 from ukrt.engine.engine import Engine
 from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset

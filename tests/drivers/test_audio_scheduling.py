@@ -7,13 +7,13 @@ import threading
 
 import pytest
 
-from ukrt.drivers import scheduling
+from ukrt.drivers.sound import scheduling
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the sound system sees to it")
 
 _AS_NOBODY = """
 import os, resource, sys, threading
-from ukrt.drivers import scheduling
+from ukrt.drivers.sound import scheduling
 if os.geteuid() == 0:
     os.setgid(65534); os.setuid(65534)
 for limit, most in ((resource.RLIMIT_RTPRIO, {rtprio}), (resource.RLIMIT_MEMLOCK, 65536)):

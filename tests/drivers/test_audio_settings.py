@@ -5,7 +5,8 @@ import types
 
 import pytest
 
-from ukrt.drivers import audio, audio_process
+from ukrt.drivers.sound import portaudio as audio
+from ukrt.drivers.sound import process as audio_process
 from ukrt.errors import DeviceError
 
 

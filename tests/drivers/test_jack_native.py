@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drivers.jack_world import MARKS, PulseEngine, Recorder, Sender, World, wait_until
 
-from ukrt.drivers.jack import JackOutput, find_server
+from ukrt.drivers.jack.client import JackOutput, find_server
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.engine import Engine
 from ukrt.errors import DeviceError

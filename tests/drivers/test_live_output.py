@@ -92,7 +92,7 @@ def test_tending_never_waits_for_an_output_that_does_not_open(engine):
 
 
 def test_a_session_ends_while_an_output_is_being_opened(engine, monkeypatch):
-    monkeypatch.setattr("ukrt.drivers.live_output._LEAVE_SECONDS", 0.05)
+    monkeypatch.setattr("ukrt.drivers.live.output._LEAVE_SECONDS", 0.05)
     open_now, diary = threading.Event(), []
     late = Device(engine, "late", diary=diary)
 

@@ -1,6 +1,6 @@
 """What the frame counter tells: standstill, and frames that nobody asked for."""
 
-from ukrt.drivers.live_watch import MissingFrames, StallWatch
+from ukrt.drivers.live.watch import MissingFrames, StallWatch
 
 
 class TestStallWatch:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ukrt.drivers.clock import FrameClock
-from ukrt.drivers.midi_arrival import Arrivals
+from ukrt.drivers.midi.arrival import Arrivals
+from ukrt.drivers.midi.clock import FrameClock
 
 RATE = 48000.0
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import smf
 
-from ukrt.drivers import midi_file, midi_track
-from ukrt.drivers.midi_file import load_midi_file
+from ukrt.drivers.files import midi as midi_file
+from ukrt.drivers.files import midi_track
+from ukrt.drivers.files.midi import load_midi_file
 from ukrt.errors import MidiFileError
 
 END = smf.end_of_track()

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from midi_rig import RATE, Stage
 
-from ukrt.drivers.lane import Lane, StageView, message_class
+from ukrt.drivers.midi.lane import Lane, StageView, message_class
 from ukrt.engine import stage_layout as at
 
 _WRITE, _READ = (start + at.LANE_STEP * at.LANE_MIDI for start in (at.LANE_WRITE, at.LANE_READ))

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ukrt.drivers.lane import Lane
-from ukrt.drivers.midi_choice import Choice
-from ukrt.drivers.midi_held import Held, everything_off
-from ukrt.drivers.midi_merge import Merger
-from ukrt.drivers.midi_port import Port, devices, distinct, shown_name, stable_name
-from ukrt.drivers.midi_stream import Message
+from ukrt.drivers.midi.choice import Choice
+from ukrt.drivers.midi.held import Held, everything_off
+from ukrt.drivers.midi.lane import Lane
+from ukrt.drivers.midi.merge import Merger
+from ukrt.drivers.midi.port import Port, devices, distinct, shown_name, stable_name
+from ukrt.drivers.midi.stream import Message
 from ukrt.engine import stage_layout as at
 
 _MS = 1_000_000

@@ -4,8 +4,8 @@ import types
 
 import pytest
 
-from ukrt.drivers import midi_port
-from ukrt.drivers.midi_port import OpenInput, Port
+from ukrt.drivers.midi import port as midi_port
+from ukrt.drivers.midi.port import OpenInput, Port
 from ukrt.errors import DeviceError
 
 _MS = 1_000_000

@@ -15,8 +15,8 @@ import time
 import pytest
 from midi_rig import JackServer, Stage, needs_jack, wait_until
 
-from ukrt.drivers.lane import StageView
-from ukrt.drivers.midi_process import MidiProcess
+from ukrt.drivers.midi.lane import StageView
+from ukrt.drivers.midi.process import MidiProcess
 
 pytest.importorskip("rtmidi")
 pytestmark = [pytest.mark.jack, needs_jack]
@@ -302,7 +302,7 @@ def test_a_server_that_dies_and_comes_back(server, stage):
 
 def test_ends_with_its_parent(server, stage):
     program = (
-        "import json, os, sys, time\nfrom ukrt.drivers.midi_process import MidiProcess\n"
+        "import json, os, sys, time\nfrom ukrt.drivers.midi.process import MidiProcess\n"
         "process = MidiProcess(json.loads(sys.argv[1]), 'all')\nprocess.start()\nprocess.wait_ready(10)\n"
         "print(process.pid, flush=True)\ntime.sleep(60)\n"
     )
@@ -333,7 +333,7 @@ def test_ctrl_c_is_the_parents_to_hear(server, stage):
 
 
 def test_the_child_imports_nothing_heavy():
-    program = "import sys, ukrt.drivers.midi_host\nprint([n for n in ('numpy', 'numba', 'cffi') if n in sys.modules])"
+    program = "import sys, ukrt.drivers.midi.host\nprint([n for n in ('numpy', 'numba', 'cffi') if n in sys.modules])"
     root = str(pathlib.Path(__file__).parents[2])
     environment = {**os.environ, "PYTHONPATH": root}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ukrt.drivers.midi_stream import MidiStream
+from ukrt.drivers.midi.stream import MidiStream
 
 # What may stand in a stream without real-time bytes: a status with its data or something that cancels it.
 _CHANNEL = re.compile(rb"([\x80-\xef])([\x00-\x7f]*)")

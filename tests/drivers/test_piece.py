@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from ukrt.drivers.midi_file import load_midi_file
+from ukrt.drivers.files.midi import load_midi_file
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PIECE = ROOT / "ukrt" / "data" / "romance.mid"

@@ -10,7 +10,7 @@ import smf
 import soundfile
 from exact_engine import ExactEngine, Guitar
 
-from ukrt.drivers import offline
+from ukrt.drivers.files import offline
 from ukrt.errors import AudioFileError, MidiFileError, ParameterError
 from ukrt.render import render, render_file
 

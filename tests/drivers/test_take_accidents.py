@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from take_bench import ENTRIES, NOTE, entries_of, sounds, start_take, write_take
 
-from ukrt.drivers.midi_file import load_midi_file
-from ukrt.drivers.take_reader import is_take, read_take
+from ukrt.drivers.files.midi import load_midi_file
+from ukrt.drivers.takes.reader import is_take, read_take
 from ukrt.errors import UkrtError
 
 

@@ -25,9 +25,9 @@ from take_bench import (
     write_take,
 )
 
-from ukrt.drivers.midi_file import load_midi_file
-from ukrt.drivers.take import MAX_DELTA, tempo_at, ticks_and_tempo
-from ukrt.drivers.take_reader import is_take, read_take
+from ukrt.drivers.files.midi import load_midi_file
+from ukrt.drivers.takes.reader import is_take, read_take
+from ukrt.drivers.takes.take import MAX_DELTA, tempo_at, ticks_and_tempo
 from ukrt.engine.stage_layout import KIND_SHIFT, KIND_SWAP
 from ukrt.errors import UkrtError
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import soundfile
 
-from ukrt.drivers.midi_file import load_midi_file
-from ukrt.drivers.replay_files import render_take
-from ukrt.drivers.take_reader import read_take
-from ukrt.drivers.wav_series import PIECE
+from ukrt.drivers.files.midi import load_midi_file
+from ukrt.drivers.takes.files import render_take
+from ukrt.drivers.takes.reader import read_take
+from ukrt.drivers.takes.wav_series import PIECE
 
 VICTIM = pathlib.Path(__file__).with_name("recording_victim.py")
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -9,9 +9,9 @@ import pytest
 import soundfile
 from take_engine import FakeEngine, FakeInstance
 
-from ukrt.drivers import growing
-from ukrt.drivers.recorder import Recorder
-from ukrt.drivers.take_reader import read_take
+from ukrt.drivers.takes import growing
+from ukrt.drivers.takes.reader import read_take
+from ukrt.drivers.takes.recorder import Recorder
 from ukrt.engine.stage_layout import KIND_SHIFT, KIND_SWAP
 from ukrt.errors import AudioFileError, MidiFileError
 

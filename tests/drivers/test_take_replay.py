@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import soundfile
 
-from ukrt.drivers.recorder import Recorder
-from ukrt.drivers.replay_files import render_take
-from ukrt.drivers.take_reader import read_take
+from ukrt.drivers.takes.files import render_take
+from ukrt.drivers.takes.reader import read_take
+from ukrt.drivers.takes.recorder import Recorder
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
 from ukrt.engine.engine import Engine

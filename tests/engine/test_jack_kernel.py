@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from ukrt.drivers.jack_table import held_messages
+from ukrt.drivers.jack.table import held_messages
 from ukrt.engine import jack_layout as at
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels import jack, jack_notices

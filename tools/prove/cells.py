@@ -32,9 +32,9 @@ def run(options, say):
 
 def work(options):
     """In a process of its own: measure one block size under each stress, a line of JSON for each."""
-    from ukrt.drivers.doctor_measure import measure_turns, summarize, within_range
-    from ukrt.drivers.doctor_outputs import find_outputs
-    from ukrt.drivers.doctor_sources import Compiled, Empty, Interpreted
+    from ukrt.drivers.doctor.measure import measure_turns, summarize, within_range
+    from ukrt.drivers.doctor.outputs import find_outputs
+    from ukrt.drivers.doctor.sources import Compiled, Empty, Interpreted
     from ukrt.engine.engine import Engine
     from ukrt.model.presets import load_preset
 

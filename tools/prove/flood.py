@@ -35,7 +35,7 @@ def run(options, say):
 
 
 def _measure(way, block, stress, schedule, arguments):
-    from ukrt.drivers.take_reader import read_take
+    from ukrt.drivers.takes.reader import read_take
 
     with tempfile.TemporaryDirectory(prefix="ukrt-proof-") as name, jack_server(block) as environment:
         take, report = pathlib.Path(name) / "take.mid", pathlib.Path(name) / "report.json"

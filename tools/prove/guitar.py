@@ -46,7 +46,7 @@ def probing(environment):
 def work(options):
     """In a process of its own: ``ukrt play`` in the main thread, the stress in another thread, over and over."""
     from ukrt.cli.main import run
-    from ukrt.drivers.stress import run_stress
+    from ukrt.drivers.doctor.stress import run_stress
 
     def work_beside():
         sys.stdin.readline()

@@ -32,7 +32,7 @@ def jack_server(period, sync=False):
     environment : dict
         For clients, with ``UKRT_PROOF_REALTIME`` "yes" or "no".
     """
-    from ukrt.drivers.system_facts import scheduling_facts
+    from ukrt.drivers.doctor.system_facts import scheduling_facts
 
     realtime = bool(scheduling_facts()["allowed"])
     for attempt in range(_ATTEMPTS):

@@ -27,7 +27,7 @@ def print_devices():
     """All tables to standard output."""
     from rich.console import Console
 
-    from ..drivers import midi_in
+    from ukrt.drivers.midi import inputs as midi_in
 
     console = Console(highlight=False, soft_wrap=True)
     outputs = _outputs()
@@ -46,7 +46,7 @@ def print_devices():
 
 
 def _outputs():
-    from ..drivers import audio_process
+    from ukrt.drivers.sound import process as audio_process
 
     try:
         return audio_process.list_outputs()
@@ -57,7 +57,7 @@ def _outputs():
 
 def _jack_server():
     """The JACK server that answers, None without one or without JACK-Client."""
-    from ..drivers.jack_library import find_server
+    from ..drivers.jack.library import find_server
 
     try:
         return find_server()

@@ -28,7 +28,7 @@ STRESSES = ("none", "python", "gc", "gil")
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    from ..drivers.doctor_outputs import DRIVERS
+    from ..drivers.doctor.outputs import DRIVERS
 
     parser = add_command(commands, "doctor", "find out why it crackles, and what to do about it", _EPILOG)
     parser.add_argument(
@@ -82,9 +82,9 @@ def run(args):
 
 def examine(args):
     """Everything that is found out, as JSON can hold it (dict)."""
-    from ..drivers.doctor_advice import advise, recommend
-    from ..drivers.doctor_outputs import find_outputs
-    from ..drivers.system_facts import system_facts
+    from ..drivers.doctor.advice import advise, recommend
+    from ..drivers.doctor.outputs import find_outputs
+    from ..drivers.doctor.system_facts import system_facts
 
     guitar, machine = load_guitar(args), system_facts()
     outputs, note = find_outputs(args.driver, args.rate)
@@ -126,7 +126,7 @@ def turns_of(seconds):
 
 
 def _make_sources(guitar, rate):
-    from ..drivers.doctor_sources import Compiled, Empty, Interpreted
+    from ..drivers.doctor.sources import Compiled, Empty, Interpreted
 
     engines = [make_engine(guitar, rate), make_engine(guitar, rate)]
     return [Compiled(engines[0]), Empty(rate, engines[0].channels), Interpreted(engines[1])]
@@ -136,7 +136,7 @@ def _measure(args, outputs, sources, blocks, stresses):
     """One dict for each block size and stress, with a progress bar on standard error."""
     from rich.progress import Progress
 
-    from ..drivers.doctor_measure import measure_turns
+    from ..drivers.doctor.measure import measure_turns
 
     turns, seconds = turns_of(args.seconds)
     cells = []
@@ -155,10 +155,10 @@ def _measure(args, outputs, sources, blocks, stresses):
 
 
 def _cell(driver, stress, block, slices, instrument):
-    from ..drivers.doctor_advice import key_to_sound
-    from ..drivers.doctor_measure import SOURCES, summarize, within_range
-    from ..drivers.midi_host import MARGIN_SECONDS
-    from ..drivers.stress import WORDS
+    from ..drivers.doctor.advice import key_to_sound
+    from ..drivers.doctor.measure import SOURCES, summarize, within_range
+    from ..drivers.doctor.stress import WORDS
+    from ..drivers.midi.host import MARGIN_SECONDS
 
     by_source = {name: [one for one in slices if one.source == name] for name in SOURCES}
     results = {name: summarize(own) for name, own in by_source.items()}

@@ -6,7 +6,7 @@ Loads are those of the last seconds, as somebody who turns a knob wants to see t
 import collections
 import time
 
-from ..drivers.live_watch import load_quantile
+from ..drivers.live.watch import load_quantile
 from ..engine import player_layout as player
 from .status import Moment
 

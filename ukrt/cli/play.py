@@ -78,15 +78,15 @@ class Playing:
 
     def play(self):
         """Play; returns the exit code."""
-        from ..drivers.live import LiveSession
-        from ..drivers.recorder import Recorder
+        from ..drivers.live.session import LiveSession
+        from ..drivers.takes.recorder import Recorder
 
         args, way = self._args, find_way(self._args)
         self._engine = engine = make_live_engine(args, self._shelf.guitar, way.sample_rate)
         self._guitar = engine.guitar
         audio = args.record_audio
         if way.fallback and audio is None:
-            from ..drivers.null import new_recording_path
+            from ..drivers.sound.null import new_recording_path
 
             audio = new_recording_path()
             self._tell(f"{way.fallback}: playing on a clock instead; what would be heard goes to {audio}")
@@ -150,7 +150,7 @@ class Playing:
         self._turn()
         if any(source.ports() for source in session.midi_sources):
             return
-        from ..drivers.midi_file import load_midi_file
+        from ..drivers.files.midi import load_midi_file
 
         path = bundled_piece()
         self._piece, self._demo = load_midi_file(path), True

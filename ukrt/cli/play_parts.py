@@ -45,7 +45,7 @@ def find_way(args):
 
 
 def _null(args, fallback=""):
-    from ..drivers.null import NullOutput
+    from ..drivers.sound.null import NullOutput
 
     return Way(
         "null",
@@ -56,7 +56,7 @@ def _null(args, fallback=""):
 
 
 def _portaudio(args):
-    from ..drivers.audio_process import AudioProcess, probe
+    from ..drivers.sound.process import AudioProcess, probe
 
     device, rate = probe(args.audio_out, args.host_api, args.rate)
     if device is None:
@@ -80,7 +80,7 @@ def _portaudio(args):
 
 
 def _jack(args):
-    from ..drivers.jack import JackOutput, server_rate
+    from ..drivers.jack.client import JackOutput, server_rate
 
     connect = {None: True, "none": False}.get(args.audio_out, args.audio_out)
     midi = {(): not args.piece, ("all",): True, ("none",): False}.get(tuple(args.midi_in or ()), args.midi_in)
@@ -118,7 +118,7 @@ def midi_sources(args, engine, driver):
     wanted = wanted_inputs(args)
     if driver == "jack" or (wanted == [] and not args.midi_virtual):
         return []
-    from ..drivers.midi_process import MidiProcess
+    from ..drivers.midi.process import MidiProcess
 
     delay = None if args.midi_delay is None else round(args.midi_delay * engine.sample_rate / 1000.0)
     return [MidiProcess(engine.manifest(), wanted, virtual=args.midi_virtual, delay_frames=delay)]
@@ -137,7 +137,7 @@ def load_piece(args):
     """The piece that was named (Score), None without."""
     if args.piece is None:
         return None
-    from ..drivers.midi_file import load_midi_file
+    from ..drivers.files.midi import load_midi_file
 
     score = load_midi_file(args.piece)
     if args.loop and not score.n_notes:
@@ -153,7 +153,7 @@ def bundled_piece():
 
 def make_player(args, engine, score, session_output):
     """The player of ``score``; with ``--transport`` it asks ``session_output()`` for JACK's transport."""
-    from ..drivers.feeder import PiecePlayer
+    from ..drivers.live.piece import PiecePlayer
 
     def transport():
         stamp = getattr(session_output(), "transport_stamp", None)

@@ -59,14 +59,14 @@ def make_report(session, state, output_counts, recorder, shelf, ended, news, arg
 
 
 def _versions():
-    from ..drivers.take import environment
+    from ..drivers.takes.take import environment
 
     return {"python": platform.python_version(), "system": platform.platform(), "cores": os.cpu_count()} | environment()
 
 
 def load_quantile(histogram, share):
-    """See `ukrt.drivers.live_watch.load_quantile`."""
-    from ..drivers import live_watch
+    """See `ukrt.drivers.live.watch.load_quantile`."""
+    from ukrt.drivers.live import watch as live_watch
 
     return live_watch.load_quantile(histogram, share)
 

@@ -89,7 +89,7 @@ def add_parser(commands):
 
 def run(args):
     """Render and tell what came of it."""
-    from ..drivers.take_reader import is_take
+    from ..drivers.takes.reader import is_take
 
     target, report_path = _target(args), args.report and check_report_path(args.report)
     report = _render_take(args, target) if is_take(args.midi) else _render(args, target, load_guitar(args))
@@ -126,13 +126,13 @@ def _render(args, target, guitar, rate=48000, signal="pressure"):
 
 def _render_take(args, target):
     """Render a take as it was played, or its messages in another way where that is asked for; returns the report."""
-    from ..drivers.take_reader import read_take
+    from ..drivers.takes.reader import read_take
 
     take = read_take(args.midi)
     if other := _other_than(args, take):
         say(f"{args.midi}: with {', '.join(other)} the take is rendered like any MIDI file, not bit for bit as played")
         return _render(args, target, _guitar_of(args, take), round(take.sample_rate), take.signal)
-    from ..drivers.replay_files import render_take
+    from ..drivers.takes.files import render_take
 
     with _progress() as progress:
         return render_take(

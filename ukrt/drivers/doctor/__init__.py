@@ -1,0 +1,1 @@
+"""What a machine allows and how it behaves: facts, measurements, advice."""

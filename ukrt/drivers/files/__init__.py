@@ -1,0 +1,1 @@
+"""MIDI files in, audio files out, and playing one into the other."""

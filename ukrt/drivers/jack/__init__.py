@@ -1,0 +1,1 @@
+"""A JACK client of our own, whose callbacks are compiled."""

@@ -1,0 +1,1 @@
+"""A session that goes on whatever happens to its devices, and the player of pieces."""

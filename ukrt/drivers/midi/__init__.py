@@ -1,0 +1,1 @@
+"""MIDI inputs through RtMidi, in a process of their own."""

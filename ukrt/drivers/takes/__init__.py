@@ -1,0 +1,1 @@
+"""What was played, kept to be played again bit for bit."""
