@@ -1,10 +1,10 @@
 """Reads a Standard MIDI File: a path enters, a `Score` of channel messages with their times in seconds leaves.
 
 The events are scanned by `ukrt.drivers.files.midi_track` and not by ``mido.MidiFile``: mido reads numbers of any length
-(one megabyte of 0xFF costs 81 s), raises six classes of exception on broken files, needs the header's number of tracks to be
-right, and gives negative times for SMPTE divisions, so guarding it would mean scanning every event before it does. What
-mido knows better, the length of each kind of message, is taken from its table; the tests hold this scanner against
-mido's on well-formed files.
+(one megabyte of 0xFF costs 81 s), raises six classes of exception on broken files, needs the header's number of tracks
+to be right, and gives negative times for SMPTE divisions, so guarding it would mean scanning every event before it
+does. What mido knows better, the length of each kind of message, is taken from its table; the tests hold this scanner
+against mido's on well-formed files.
 
 What is done with files that break the rules (Standard MIDI Files 1.0, MMA RP-001):
 

@@ -1,9 +1,9 @@
 """Keeps what is being played: the engine's journal and samples enter, a take and WAV files on the disk leave.
 
 A thread of its own looks twenty times a second; what is on the disk is whole at every instant (see
-`ukrt.drivers.takes.growing`) and at most one such look behind the engine. It is the one reader of the journal, also where nothing is recorded: others
-follow through it. A file that cannot be written any more is given up in a sentence, and everything else goes on: the
-take alone still holds the sound.
+`ukrt.drivers.takes.growing`) and at most one such look behind the engine. It is the one reader of the journal, also
+where nothing is recorded: others follow through it. A file that cannot be written any more is given up in a sentence,
+and everything else goes on: the take alone still holds the sound.
 """
 
 import collections
