@@ -27,8 +27,8 @@ def system_facts():
         "processor": _processor(),
         "jit_cache": _jit_cache(),
         "libraries": _libraries(),
-        "audio_outputs": _devices("audio", "list_outputs"),
-        "midi_inputs": _devices("midi_in", "list_inputs"),
+        "audio_outputs": _devices("sound.portaudio", "list_outputs"),
+        "midi_inputs": _devices("midi.inputs", "list_inputs"),
     }
 
 
@@ -129,7 +129,7 @@ def _devices(module, function):
     import importlib
 
     try:
-        found = getattr(importlib.import_module(f"{__package__}.{module}"), function)()
+        found = getattr(importlib.import_module(f"ukrt.drivers.{module}"), function)()
     except UkrtError:
         return None
     return [f"{one.index}: {one.name} ({getattr(one, 'host_api', None) or one.api})" for one in found]
