@@ -113,7 +113,7 @@ def need_matplotlib():
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
-        raise MissingExtraError("--plot needs matplotlib, which is missing: pip install matplotlib") from error
+        raise MissingExtraError("--plot needs matplotlib, which is missing: pip install 'ukrt[plot]'") from error
 
 
 def draw(path, report):
