@@ -9,7 +9,7 @@ and always the same time after, wherever in a block it came.
 import time
 
 _LEAK = 100e-6  # of the rate: the line sinks by what two quartzes may differ, and the earliest blocks lift it again
-_WINDOW_NS, _WINDOW_POINTS = 500_000_000, 16  # a line no point came up to for so long has lost frames (xrun, new block)
+_WINDOW_NS, _WINDOW_POINTS = 100_000_000, 16  # a line no point came up to for so long has lost frames (xrun, new block)
 _SLACK_NS = 200_000  # ... if it is too high by more than this (measured: blocks that begin on time do so to 0.1 ms)
 _SLACK_BLOCKS = 1 / 8  # ... and by this: where all blocks jitter by half a period, one of 16 is nearer but for 1 %
 _JUMP_NS, _JUMP_BLOCKS = 50_000_000, 2  # what is later than both has stood still (suspend, another output): a new line
@@ -40,7 +40,7 @@ class EarliestLine:
         frame, rate : float
             The rate [Hz]; another one than before starts a new line.
         slack : float [frames]
-            The line is brought down where it was too high by more for half a second.
+            The line is brought down where it was too high by more for a tenth of a second.
         jump : float [frames]
             The line starts anew where it is too high by more.
         """
