@@ -9,7 +9,8 @@ and always the same time after, wherever in a block it came.
 import time
 
 _LEAK = 100e-6  # of the rate: the line sinks by what two quartzes may differ, and the earliest blocks lift it again
-_WINDOW_NS, _WINDOW_POINTS = 100_000_000, 16  # a line no point came up to for so long has lost frames (xrun, new block)
+_WINDOW_NS, _WINDOW_POINTS = 500_000_000, 16  # a line no point came up to for so long has lost frames (xrun, new block)
+_BLOCKS_WINDOW_NS = 100_000_000  # blocks come often: until then what arrives acts late by the blocks that were lost
 _SLACK_NS = 200_000  # ... if it is too high by more than this (measured: blocks that begin on time do so to 0.1 ms)
 _SLACK_BLOCKS = 1 / 8  # ... and by this: where all blocks jitter by half a period, one of 16 is nearer but for 1 %
 _JUMP_NS, _JUMP_BLOCKS = 50_000_000, 2  # what is later than both has stood still (suspend, another output): a new line
@@ -19,14 +20,19 @@ _NS = 1e-9
 class EarliestLine:
     """The upper envelope of points (time, frame) that come late, never early.
 
+    Parameters
+    ----------
+    window_ns : int
+        For so long, and 16 points at least, no point may stay away from the line.
+
     Attributes
     ----------
     restarts : int
         How often the line was begun anew or brought down.
     """
 
-    def __init__(self):
-        self.restarts = 0
+    def __init__(self, window_ns=_WINDOW_NS):
+        self.restarts, self._long_ns = 0, window_ns
         self._rate, self._ns, self._frame = 0.0, 0, 0.0
         self._window_ns, self._points, self._least = 0, 0, 0.0
 
@@ -40,7 +46,7 @@ class EarliestLine:
         frame, rate : float
             The rate [Hz]; another one than before starts a new line.
         slack : float [frames]
-            The line is brought down where it was too high by more for a tenth of a second.
+            The line is brought down where it was too high by more for a window.
         jump : float [frames]
             The line starts anew where it is too high by more.
         """
@@ -52,7 +58,7 @@ class EarliestLine:
             self._begin_window(ns)
         self._points += 1
         self._least = min(self._least, max(below, 0.0))
-        if ns - self._window_ns > _WINDOW_NS and self._points >= _WINDOW_POINTS:
+        if ns - self._window_ns > self._long_ns and self._points >= _WINDOW_POINTS:
             if self._least > slack:
                 line -= self._least
                 self.restarts += 1
@@ -87,7 +93,7 @@ class FrameClock:
     def __init__(self, source, delay_frames=None, margin=0.0, now=time.monotonic_ns):
         self._source, self._delay, self._margin, self._now = source, delay_frames, margin, now
         self._stamp = getattr(source, "stamp", None)
-        self._line, self._seen, self._counted, self._block = EarliestLine(), (0, 0), None, 0
+        self._line, self._seen, self._counted, self._block = EarliestLine(_BLOCKS_WINDOW_NS), (0, 0), None, 0
         self.look()
 
     @property
