@@ -39,6 +39,7 @@ class Stage:
         """Frame 0, nothing waiting, counters at zero, settings as at first."""
         si, sd, tick_rate = self.si, self.sd, self.sd[at.M_TICKS_PER_SECOND]
         si[:], sd[:] = 0, 0.0
+        self.arrays["ring"][:] = 0.0  # every page is there before the callback writes it
         sd[at.M_TICKS_PER_SECOND], sd[at.M_RATE] = tick_rate, sample_rate
         si[at.G_CHANNELS] = self.channels
         si[at.LANE_SENSED : at.LANE_SENSED + at.LANE_STEP * at.LANES] = -1

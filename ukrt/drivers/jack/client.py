@@ -23,6 +23,8 @@ from ukrt.drivers.jack.library import (
 )
 from ukrt.drivers.jack.table import FUNCTIONS, held_messages, shutdown_words
 from ukrt.drivers.jack.wiring import Wiring
+from ukrt.drivers.sound.claims import claim, release
+from ukrt.drivers.sound.scheduling import lock_memory
 from ukrt.engine import jack_layout as at
 from ukrt.engine.kernels.jack import process
 from ukrt.engine.kernels.jack_notices import (
@@ -97,17 +99,18 @@ class JackOutput:
 
     # What every output has ---------------------------------------------------------------------------------------
     def start(self):
-        """Take part in the server's cycle from now on, then connect.
+        """Take part in the server's cycle from now on, then connect; the process's memory is locked where it may be.
 
         Raises
         ------
         DeviceError
-            The engine runs at another rate, or the server does not answer.
+            The engine runs at another rate or is played by another output, or the server does not answer.
         """
         self._check_rate()
+        claim(self._engine, self)
         patiently(self._client.activate, f"the JACK server {server_name()!r}")
         self._started = True
-        self._news = self._wiring.tend()
+        self._news = self._wiring.tend() + [note for note in [lock_memory()] if note]
 
     @property
     def running(self):
@@ -161,6 +164,7 @@ class JackOutput:
             self._table[at.T_MAGIC] = 0  # whatever still calls finds nothing to do
             if self._closed:  # the lane is without a writer now
                 _OPEN.pop(id(self), None)
+                release(self._engine, self)
                 for message in held_messages(self._table):
                     self._engine.send(AT_ONCE, *message, lane=LANE_JACK)
         return self._closed
