@@ -7,6 +7,7 @@ import pytest
 from devices import Device
 from live_bench import GUITAR, OTHER, Bench, Part, Tape, make_engine
 
+from ukrt.engine import stage_layout as at
 from ukrt.engine.instance import Instance
 from ukrt.errors import DeviceError, PresetError
 
@@ -182,3 +183,13 @@ def test_a_thread_that_has_failed_is_told_once(engine):
         for _ in range(3):
             bench.turn()
     assert bench.news == ["Part has failed: the disk is gone"]
+
+
+def test_what_is_left_out_on_a_slow_computer_is_told(engine):
+    bench = Bench(engine, Device(engine, "card"))
+    with bench.session:
+        engine.stage.si[at.G_SHED_WANTED] = 2
+        bench.wait(lambda: any("level 2" in sentence for sentence in bench.news))
+        assert bench.session.state()["shed_level"] == 2
+        engine.shed_budget = 0.0
+        bench.wait(lambda: any("nothing is left out" in sentence for sentence in bench.news))

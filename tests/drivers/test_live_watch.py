@@ -1,6 +1,6 @@
 """What the frame counter tells: standstill, and frames that nobody asked for."""
 
-from ukrt.drivers.live.watch import MissingFrames, StallWatch
+from ukrt.drivers.live.watch import MissingFrames, ShedWatch, StallWatch
 
 
 class TestStallWatch:
@@ -65,3 +65,11 @@ class TestMissingFrames:
         missing = MissingFrames()
         missing.look(0, 0, 48000.0, 128)
         assert self.play(missing) == 0
+
+
+def test_what_is_left_out_is_told_once_and_taken_back():
+    watch = ShedWatch()
+    told = [watch.look(level) for level in (0, 1, 1, 3, 3, 2, 0, 0)]
+    assert [sentence is not None for sentence in told] == [False, True, False, True, False, True, True, False]
+    assert "too slow: strings that are nearly silent" in told[1] and "level 3" in told[3]
+    assert "strings that only ring along" in told[5] and "nothing is left out" in told[6]

@@ -133,7 +133,7 @@ def make_engine(guitar, rate, **options):
     from ..engine.kernels.jit import cache_folder
 
     if not any(pathlib.Path(cache_folder()).rglob("*callback*.nbi")):  # what is compiled last
-        say("compiling the engine for this machine; this is done once and takes about a minute")
+        say("compiling the engine for this machine; this is done once and takes one to two minutes")
     from ..engine.engine import Engine
 
     return Engine(guitar, float(rate), **options)

@@ -11,7 +11,7 @@ import time
 
 from ukrt.drivers.live.change import GuitarChanger, make_instance
 from ukrt.drivers.live.output import OutputKeeper
-from ukrt.drivers.live.watch import MissingFrames, load_quantile
+from ukrt.drivers.live.watch import MissingFrames, ShedWatch, load_quantile
 from ukrt.engine import stage_layout as at
 from ukrt.units import gain_to_db
 
@@ -66,6 +66,7 @@ class LiveSession:
         self._changer = GuitarChanger(engine, self._refresh, self._news.append, self._announce, prepare)
         self._keeper = OutputKeeper(engine, open_output, self._changer, self._news.append)
         self._missing, self._generation = MissingFrames(), 0
+        self._shedding = ShedWatch()
         self._failed = set()  # parts whose end has been told
         self._told = set()  # what the system did not allow the output: once is enough, however often it is reopened
         self._began = self._ended = None
@@ -140,6 +141,8 @@ class LiveSession:
         if self._generation != self._keeper.generation:
             self._generation = self._keeper.generation
             self._missing.restart()
+        if (sentence := self._shedding.look(int(self.engine.stage.si[at.G_SHED]))) is not None:
+            self._news.append(sentence)
         if not self.away:
             self._missing.look(*self.engine.stamp(), self.engine.sample_rate, self._block())
 

@@ -85,6 +85,33 @@ class MissingFrames:
         self._line = self._best
 
 
+# What each level of shedding leaves out, beyond the one below it: see the engine's README.
+_LEFT_OUT = (
+    "",
+    "strings that are nearly silent",
+    "strings that only ring along and the end of the body's response",
+    "contacts of fingers that come down",
+)
+
+
+class ShedWatch:
+    """Tells what is left out where the computer is too slow."""
+
+    def __init__(self):
+        self._level = 0
+
+    def look(self, level):
+        """A sentence if ``level`` is another one than at the last look, else None."""
+        before, self._level = self._level, level
+        if level == before:
+            return None
+        if level == 0:
+            return "the computer keeps up again: nothing is left out any more"
+        if level < before:
+            return f"the computer keeps up better: {_LEFT_OUT[level]} are all that is left out (level {level})"
+        return f"the computer is too slow: {_LEFT_OUT[level]} are left out until it keeps up again (level {level})"
+
+
 def load_quantile(histogram, share):
     """The load below which ``share`` of the blocks stayed [1, of the block's period]; None without blocks.
 
