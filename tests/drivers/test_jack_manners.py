@@ -6,7 +6,7 @@ import time
 import pytest
 from drivers.jack_world import MARKS, PulseEngine, Recorder, Sender, World, wait_until
 
-from ukrt.drivers.jack import library as jack_library
+from ukrt.drivers.jack import server as jack_library
 from ukrt.drivers.jack.client import JackOutput, find_server, server_rate
 from ukrt.engine import jack_layout as at
 from ukrt.errors import DeviceError, MissingExtraError

@@ -57,7 +57,7 @@ def _outputs():
 
 def _jack_server():
     """The JACK server that answers, None without one or without JACK-Client."""
-    from ..drivers.jack.library import find_server
+    from ..drivers.jack.server import find_server
 
     try:
         return find_server()

@@ -9,7 +9,7 @@ import atexit
 
 import numpy as np
 
-from ukrt.drivers.jack.library import (
+from ukrt.drivers.jack.server import (
     close_client,
     find_server,
     function_address,

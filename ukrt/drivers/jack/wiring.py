@@ -3,7 +3,7 @@
 Devices come and go: whoever plays calls `Wiring.tend` now and then, and what fits the wishes is connected as it comes.
 """
 
-from ukrt.drivers.jack.library import midi_sources, physical_outputs
+from ukrt.drivers.jack.server import midi_sources, physical_outputs
 
 
 class Wiring:
