@@ -16,12 +16,12 @@ class Legal:
     Attributes
     ----------
     kind : str
-        ``number``, ``integer``, ``flag``, ``text``, ``choice``, ``numbers`` (a tuple), ``part`` (another dataclass) or
-        ``parts`` (a tuple of them).
+        ``number``, ``integer``, ``flag``, ``text``, ``choice``, ``numbers`` or ``texts`` (tuples), ``part`` (another
+        dataclass) or ``parts`` (a tuple of them).
     unit : str
         SI unit, empty for a pure number or words.
     low, high : float
-        Range, both ends legal. For ``parts`` and ``numbers`` ``count`` bounds their number.
+        Range, both ends legal. For ``parts``, ``numbers`` and ``texts`` ``count`` bounds their number.
     """
 
     kind: str
@@ -51,6 +51,8 @@ class Legal:
                 return " or ".join(f'"{c}"' for c in self.choices)
             case "numbers":
                 return f"a list of {self.count[0]} to {self.count[1]} numbers {span}"
+            case "texts":
+                return f"a list of {self.count[0]} to {self.count[1]} texts in quotes"
             case "part":
                 return "a table"
             case _:
@@ -81,6 +83,11 @@ def choice(choices, doc, default=MISSING):
 def numbers_list(unit, low, high, count, doc, default=MISSING):
     """A tuple of ``count = (fewest, most)`` numbers."""
     return _declare(Legal("numbers", doc, unit, low, high, count), default)
+
+
+def texts_list(count, doc, default=MISSING):
+    """A tuple of ``count = (fewest, most)`` texts."""
+    return _declare(Legal("texts", doc, count=count), default)
 
 
 def part(cls, doc, default=MISSING):
@@ -166,6 +173,8 @@ def _checked_tuple(rule, value, key):
     if rule.kind == "numbers":
         one = Legal("number", rule.doc, rule.unit, rule.low, rule.high)
         return tuple(_checked_number(one, v, f"{key}.{n}") for n, v in enumerate(value))
+    if rule.kind == "texts":
+        return tuple(check(Legal("text", rule.doc), v, f"{key}.{n}") for n, v in enumerate(value))
     for n, v in enumerate(value):
         if not isinstance(v, rule.part):
             raise ParameterError(f"{key}.{n}", v, f"it must be a {rule.part.__name__}")

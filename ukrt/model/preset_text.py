@@ -1,5 +1,5 @@
-"""A `Guitar` as text: any checked guitar enters, TOML that `load_preset` reads back to the same guitar leaves, each key
-with its unit, range and meaning beside it."""
+"""A `Guitar`, or any other parameter object, as text: it enters checked, TOML that is read back to the same leaves, each
+key with its unit, range and meaning beside it."""
 
 import dataclasses
 import json
@@ -13,6 +13,7 @@ def dump_preset(guitar):
     Parameters
     ----------
     guitar : ukrt.model.parameters.Guitar
+        Or another object whose class is made of `ukrt.model.fields`.
 
     Returns
     -------

@@ -58,6 +58,42 @@ def parse_preset(text, source, overrides=None):
     return _guitar(_tree(text, source), source, overrides)
 
 
+def overlaid_preset(tree, folder, source):
+    """The guitar of a table inside another file: a preset where it names a ``base``, with its other keys laid over it.
+
+    Parameters
+    ----------
+    tree : dict
+    folder : pathlib.Path
+        What a ``base`` that is a file is relative to.
+    source : str
+        What the table is called in error messages.
+
+    Returns
+    -------
+    Guitar
+    """
+    return _guitar(_on_base(dict(tree), folder, source, ()), source, None)
+
+
+def build_checked(cls, tree, source):
+    """An object of parameter class ``cls`` from nested dicts and lists; refused in a sentence that names ``source``."""
+    try:
+        return _build(cls, tree)
+    except ParameterError as error:
+        raise _sentence(source, error) from None
+
+
+def read_toml(path, source):
+    """A TOML file as nested dicts and lists; unreadable ones are refused by the name ``source``."""
+    try:
+        return _tree(path.read_text(encoding="utf-8"), source)
+    except OSError as error:
+        raise PresetError(f"{source} cannot be read: {error.strerror or error}", value=str(path)) from None
+    except UnicodeDecodeError:
+        raise PresetError(f"{source} is not a text file in UTF-8", value=str(path)) from None
+
+
 def _guitar(tree, source, overrides):
     """The guitar that a tree describes, with settings laid over it."""
     for key, value in (overrides or {}).items():
@@ -95,26 +131,26 @@ def _locate(name):
 
 def _read(path, seen):
     """The tree of a preset file, laid over that of its ``base`` where it names one."""
-    try:
-        tree = _tree(path.read_text(encoding="utf-8"), f"preset {path}")
-    except OSError as error:
-        raise PresetError(f"preset {path} cannot be read: {error.strerror or error}", value=str(path)) from None
-    except UnicodeDecodeError:
-        raise PresetError(f"preset {path} is not a text file in UTF-8", value=str(path)) from None
+    if path.resolve() in seen:
+        raise PresetError(f"preset {seen[-1]}: its base leads back to itself", "base", str(path))
+    source = f"preset {path}"
+    return _on_base(read_toml(path, source), path.parent, source, (*seen, path.resolve()))
+
+
+def _on_base(tree, folder, source, seen):
+    """A tree laid over that of its ``base`` where it names one."""
     base = tree.pop("base", None)
     if base is None:
         return tree
     if not isinstance(base, str):
-        raise PresetError(f"preset {path}: base is {base!r}, but it must be a preset's name in quotes", "base", base)
-    if path.resolve() in seen:
-        raise PresetError(f"preset {path}: its base leads back to itself", "base", base)
-    below = path.parent / base if base.lower().endswith(".toml") else _locate(base)
+        raise PresetError(f"{source}: base is {base!r}, but it must be a preset's name in quotes", "base", base)
+    below = folder / base if base.lower().endswith(".toml") else _locate(base)
     try:
-        return merge(_read(below, (*seen, path.resolve())), tree)
+        return merge(_read(below, seen), tree)
     except PresetError:
         raise
     except ParameterError as error:
-        raise _sentence(f"preset {path}", error) from None
+        raise _sentence(source, error) from None
 
 
 def _build(cls, tree):
@@ -137,7 +173,7 @@ def _build(cls, tree):
 
 
 def _built_value(rule, value, name):
-    if rule.kind not in ("part", "parts"):
+    if rule.kind not in ("part", "parts") or (rule.kind == "part" and isinstance(value, rule.part)):
         return value
     try:
         if rule.kind == "part":
