@@ -1,5 +1,5 @@
-"""A `Guitar`, or any other parameter object, as text: it enters checked, TOML that is read back to the same leaves, each
-key with its unit, range and meaning beside it."""
+"""A `Guitar`, or any other parameter object, as text: it enters checked, TOML that is read back to the same leaves,
+each key with its unit, range and meaning beside it."""
 
 import dataclasses
 import json
