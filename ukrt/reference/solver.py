@@ -53,9 +53,9 @@ def simulate(case, form="compiled", damping_velocity="predicted", progress=None)
     n_steps = int(round(case.duration / step))
     keep = max(1, int(np.ceil(1.0 / (case.record.rate_hz * step) - 1e-9)))
     check_step(make_system(guitar, case.held_points(0.0)), step)
-    observer, system, motion = Observer(case, step * keep), None, None
+    observer, system, motion, landing = Observer(case, step * keep), None, None, None
     for part in stretches(case, n_steps, keep):
-        system, motion, landing = _next_system(guitar, case, part, system, motion, step)
+        system, motion, landing = _next_system(case, part, system, motion, landing)
         if not len(observer.times):
             observer.start(system, motion)
         pushes, shapes = _pushes(case, system)
@@ -64,7 +64,7 @@ def simulate(case, form="compiled", damping_velocity="predicted", progress=None)
             last = min(first + CHUNK * keep, part.last)
             at = step * np.arange(first + 1, last + 1)
             kept = FORMS[form](
-                system, motion, step, pushes(at), shapes, landing.accelerations(at), keep, damping_velocity
+                system, motion, step, pushes(at), shapes, landing.accelerations(at, step), keep, damping_velocity
             )
             observer.add(system, at[keep - 1 :: keep], *kept, landing)
             first = last
@@ -99,29 +99,27 @@ def stretches(case, n_steps, keep):
     return [Stretch(a, b, case.held_points(t)) for a, b, t in zip(cuts[:-1], cuts[1:], middle, strict=True)]
 
 
-def _next_system(guitar, case, part, before, motion, step):
+def _next_system(case, part, before, motion, landing):
     """System, motion and landings of a part of the run: strings and body go on, fingers that stay keep their motion."""
+    guitar, time = case.instrument, part.first * case.step
     system = make_system(guitar, part.held)
     fresh = np.zeros((3, system.count))
     if before is None:
-        return system, fresh, Landing.none(system)
+        return system, fresh, Landing.none(system, guitar.finger.landing_time)
     same = before.body.stop
     fresh[:, :same] = motion[:, :same]
-    stay = {point: k for k, point in enumerate(before.points)}
-    arrived = []
-    for k, point in enumerate(system.points):
-        if point not in stay:
-            arrived.append(k)
-        elif system.finger_of[k] is not None:
-            old = before.finger_of[stay[point]]
+    known = {point: k for k, point in enumerate(before.points)}
+    stays = {k: known[point] for k, point in enumerate(system.points) if point in known}
+    for k, old in stays.items():
+        if system.finger_of[k] is not None:
             for new_on, old_on in ((system.fingers_y, before.fingers_y), (system.fingers_z, before.fingers_z)):
-                fresh[:, new_on.start + system.finger_of[k]] = motion[:, old_on.start + old]
-    landing = Landing.of(system, fresh, arrived, part.first * step, guitar.finger.landing_time)
+                there, here = old_on.start + before.finger_of[old], new_on.start + system.finger_of[k]
+                fresh[:, here] = motion[:, there]
+    landing = landing.onto(system, fresh, stays, time)
     pushes, shapes = _pushes(case, system)
-    at = np.array([part.first * step])
-    fresh[2], _ = definition.accelerations(
-        system, fresh[0], fresh[1], pushes(at)[0] @ shapes, landing.accelerations(at)[0]
-    )
+    at = np.array([time])
+    push = pushes(at)[0] @ shapes
+    fresh[2], _ = definition.accelerations(system, fresh[0], fresh[1], push, landing.accelerations(at, case.step)[0])
     return system, fresh, landing
 
 
