@@ -82,12 +82,12 @@ JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
 COUNT_NAMES = (
     "blocks", "input_underflows", "input_overflows", "underflows", "overflows", "priming", "late_blocks",
     "midi_received", "late_messages", "delayed_messages", "sensing_timeouts", "swaps", "resets", "shed_events",
-    "clipped_samples", "limited_samples", "nonfinite_resets", "journal", "recorded", "xruns",
+    "clipped_samples", "limited_samples", "nonfinite_resets", "journal", "recorded",
 )  # fmt: skip
 (
     N_BLOCKS, N_INPUT_UNDERFLOWS, N_INPUT_OVERFLOWS, N_UNDERFLOWS, N_OVERFLOWS, N_PRIMING, N_LATE_BLOCKS,
     N_MIDI, N_LATE_MESSAGES, N_DELAYED, N_SENSING, N_SWAPS, N_RESETS, N_SHED_EVENTS, N_CLIPPED, N_LIMITED,
-    N_NONFINITE, N_JOURNAL, N_RECORDED, N_XRUNS,
+    N_NONFINITE, N_JOURNAL, N_RECORDED,
 ) = range(COUNTS, COUNTS + len(COUNT_NAMES))  # fmt: skip
 # N_JOURNAL and N_RECORDED are also the write positions: entries and frames ever written
 

@@ -16,16 +16,13 @@ from ukrt.engine.kernels.ports import sum_string
 from ukrt.engine.kernels.shed import tend_shed
 from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
 
-TEND_EVERY = 4096  # frames between two looks at what is shed
-
 
 @inlined
 def begin_chunk(d, i, now):
     """What is due at ``now``, after the messages: housekeeping at its times, then gestures."""
     if now % at.CHUNK == 0:
         player_tick(d, i, now)
-        if i[at.H_SHED] > 0 and now % TEND_EVERY == 0:
-            tend_shed(d, i, now)
+        tend_shed(d, i, now)
     perform_due(d, i, now)
 
 
