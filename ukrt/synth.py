@@ -44,7 +44,7 @@ class Synth:
         guitar = load_preset(preset, overrides) if isinstance(preset, str) or hasattr(preset, "__fspath__") else preset
         from .engine.engine import Engine
 
-        self._engine = Engine(guitar, float(sample_rate), signal=signal, max_block=MAX_BLOCK)
+        self._engine = Engine(guitar, float(sample_rate), signal=signal)
         self._gain = db_to_gain(guitar.radiation.gain_db) if signal == "pressure" else 1.0
         self._last_frame = 0
 

@@ -90,8 +90,7 @@ def rendered_note(midi):
     engine = Engine(guitar, RATE, signal="strings")
     engine.send(0, 0x90, midi, 20)
     engine.process(engine.lead_frames)  # sample 0 of what follows is the release
-    count = int(RINGING[1] * RATE) // engine.max_block + 1
-    sound = np.concatenate([engine.process(engine.max_block) for _ in range(count)])
+    sound = engine.process(int(RINGING[1] * RATE) + 1)
     (entry,) = engine.note_log()
     engine.close()
     return sound[:, entry["string"]], guitar, engine.intonation, entry

@@ -72,8 +72,8 @@ def test_the_card_gets_the_same_samples_as_floats_with_gain():
     assert engine.counters()["underflows"] == 1
 
 
-def test_a_block_larger_than_prepared_is_computed_in_pieces():
-    engine = Engine(load_preset("classical"), 48000.0, max_block=64)
+def test_a_block_larger_than_a_piece_is_computed_in_pieces():
+    engine = Engine(load_preset("classical"), 48000.0)
     out = np.zeros((16384, 2), np.float32)
     engine.send(0, 0x90, 64, 100)
     assert CALLBACK(engine.callback_address)(None, out.ctypes.data, 16384, None, 0, engine.userdata_address) == 0

@@ -56,8 +56,7 @@ def forced_note(engine, string, fret, force, seconds):
 def after_release(engine, seconds):
     """Audio of a note that starts at frame 0, from its release on: ndarray (k, channels)."""
     out = np.empty((engine.lead_frames + round(seconds * engine.sample_rate), engine.channels))
-    for first in range(0, len(out), engine.max_block):
-        engine.process_into(out[first : first + engine.max_block])
+    engine.process_into(out)
     return out[engine.lead_frames :]
 
 

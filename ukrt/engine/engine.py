@@ -16,8 +16,6 @@ from ukrt.engine.note_log import read_note_log
 from ukrt.engine.stage import Stage
 from ukrt.errors import ParameterError, UkrtError
 
-MAX_BLOCK = 8192
-
 
 class Engine:
     """An instrument that can be run.
@@ -31,8 +29,6 @@ class Engine:
         Stereo pressure [Pa], the force on the bridge [N], or one channel per string's share of it [N].
     impulse_response : ukrt.radiation.impulse_response.ImpulseResponse, optional
         Instead of the one that the guitar names.
-    max_block : int
-        Most frames that a caller means to ask for at once (kept for callers; any number is computed).
     shared : bool
         Whether other processes shall be able to run it, and its output is kept for a recorder: live playing.
 
@@ -44,17 +40,8 @@ class Engine:
         An impulse response that cannot be used.
     """
 
-    def __init__(
-        self,
-        guitar,
-        sample_rate=48000.0,
-        *,
-        signal="pressure",
-        impulse_response=None,
-        max_block=MAX_BLOCK,
-        shared=False,
-    ):
-        self.signal, self.max_block, self.shared = signal, max_block, shared
+    def __init__(self, guitar, sample_rate=48000.0, *, signal="pressure", impulse_response=None, shared=False):
+        self.signal, self.shared = signal, shared
         instance = Instance(guitar, sample_rate, signal, impulse_response, shared)
         self.channels = instance.channels
         self._stage = Stage(self.channels, shared)
