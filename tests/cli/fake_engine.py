@@ -4,7 +4,7 @@ import ctypes
 
 import numpy as np
 
-from ukrt.drivers.sound.null import CALLBACK
+from ukrt.engine.callback_type import CALLBACK
 
 
 class FakeEngine:

@@ -1,5 +1,7 @@
 """The null output: any block size, the clock it keeps, and what it does when it is late."""
 
+import ctypes
+
 import numpy as np
 import pytest
 import soundfile
@@ -7,6 +9,7 @@ from devices import wait_until
 
 from ukrt.drivers.sound import null
 from ukrt.drivers.sound.null import NullOutput
+from ukrt.engine.callback_type import CALLBACK
 from ukrt.engine.engine import Engine
 from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset
@@ -88,8 +91,8 @@ class Counting:
     def __init__(self, clock, blocks, lateness=lambda block: 0.0):
         self.sample_rate, self.times, self._clock = 44100.0, [], clock
         self._most, self._lateness = blocks, lateness
-        self._callback = null.CALLBACK(self._render)
-        self.callback_address = null.ctypes.cast(self._callback, null.ctypes.c_void_p).value
+        self._callback = CALLBACK(self._render)
+        self.callback_address = ctypes.cast(self._callback, ctypes.c_void_p).value
 
     def _render(self, _input, out, frames, _time, _flags, userdata):
         self.times.append(self._clock.now)

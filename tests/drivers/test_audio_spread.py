@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ukrt.drivers.sound.null import CALLBACK
 from ukrt.drivers.sound.spread import _SCRATCH_FRAMES, Spread
+from ukrt.engine.callback_type import CALLBACK
 from ukrt.engine.engine import Engine
 from ukrt.engine.stage_layout import UNDERFLOW
 from ukrt.model.presets import load_preset

@@ -5,7 +5,8 @@ import pytest
 
 from ukrt.engine import layout as at
 from ukrt.engine import stage_layout as stage_at
-from ukrt.engine.engine import CALLBACK, Engine
+from ukrt.engine.callback_type import CALLBACK
+from ukrt.engine.engine import Engine
 from ukrt.errors import ParameterError
 from ukrt.model.presets import load_preset
 

@@ -7,7 +7,8 @@ import pytest
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
 from ukrt.engine.attached import attach
-from ukrt.engine.engine import CALLBACK, Engine
+from ukrt.engine.callback_type import CALLBACK
+from ukrt.engine.engine import Engine
 from ukrt.engine.instance import Instance
 from ukrt.engine.kernels.card import KNEE, limiter_gain
 from ukrt.errors import ParameterError, UkrtError

@@ -8,7 +8,8 @@ import numpy as np
 
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
-from ukrt.engine.host import CALLBACK, Host
+from ukrt.engine.callback_type import CALLBACK
+from ukrt.engine.host import Host
 from ukrt.engine.instance import Instance
 from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.queue import lane_push

@@ -13,8 +13,6 @@ from ukrt.engine import stage_layout as at
 from ukrt.engine.kernels.callback import callback
 from ukrt.engine.kernels.machine import ticks_now
 
-_POINTER, _ULONG = ctypes.c_void_p, ctypes.c_ulong
-CALLBACK = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _ULONG, _POINTER, _ULONG, _POINTER)  # PaStreamCallback
 _MONOTONIC = {"linux": 1, "darwin": 8}  # the clock that time.monotonic_ns reads: CLOCK_MONOTONIC, CLOCK_UPTIME_RAW
 
 

@@ -9,8 +9,8 @@ import time
 
 import numpy as np
 
-from ukrt.drivers.sound.null import CALLBACK
 from ukrt.engine import stage_layout as at
+from ukrt.engine.callback_type import CALLBACK
 from ukrt.engine.kernels import idle
 
 PLUCK_SECONDS = 2.0

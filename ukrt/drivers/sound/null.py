@@ -5,7 +5,6 @@ loudspeaker is as on a machine with a sound card. The clock is a thread of Pytho
 blocks late, though not wrong, and by no more than it takes to catch up.
 """
 
-import ctypes
 import datetime
 import os
 import pathlib
@@ -16,18 +15,9 @@ import time
 import numpy as np
 
 from ukrt.drivers.sound.claims import claim, release
+from ukrt.engine.callback_type import CALLBACK
 from ukrt.errors import AudioFileError
 
-# int callback(const void *in, void *out, unsigned long frames, const void *time, unsigned long flags, void *userdata)
-CALLBACK = ctypes.CFUNCTYPE(
-    ctypes.c_int,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
-    ctypes.c_ulong,
-    ctypes.c_void_p,
-    ctypes.c_ulong,
-    ctypes.c_void_p,
-)
 _LATE_SECONDS = 0.5  # further behind than this, the clock starts anew instead of catching up
 
 
