@@ -6,7 +6,7 @@ import pytest
 
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
-from ukrt.engine.attached import attach
+from ukrt.engine.attached import Attached
 from ukrt.engine.callback_type import CALLBACK
 from ukrt.engine.engine import Engine
 from ukrt.engine.instance import Instance
@@ -237,7 +237,7 @@ def test_another_view_of_the_memory_goes_on_where_the_first_stopped():
         engine.send(300, 0x90, 64, 90)
     expected = one.process_card(4096)
     first = other.process_card(1000)
-    view, rest = attach(other.manifest()), np.zeros((3096, 2), np.float32)
+    view, rest = Attached(other.manifest()), np.zeros((3096, 2), np.float32)
     assert view.frame == 1000
     assert CALLBACK(view.callback_address)(None, rest.ctypes.data, 3096, None, 0, view.userdata_address) == 0
     assert np.array_equal(np.concatenate([first, rest]), expected)

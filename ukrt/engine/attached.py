@@ -62,8 +62,3 @@ class Attached:
             if slot is not None:
                 slot[1].close()
         self._stage.close()
-
-
-def attach(manifest):
-    """Attach the stage of another process (`Attached`)."""
-    return Attached(manifest)

@@ -51,10 +51,10 @@ class AudioHost:
         if device is None:
             raise DeviceError("no sound card found")
         rate = audio.choose_rate(device, sample_rate, channels or manifest["channels"], manifest["sample_rate"])
-        from ukrt.engine.attached import attach  # here, so that a listing need not wait for the compiler's library
+        from ukrt.engine.attached import Attached  # here, so that a listing need not wait for the compiler's library
 
         self._notes.append(scheduling.lock_memory())  # so that what is attached now is there before it is used
-        self._attached = attach(manifest)
+        self._attached = Attached(manifest)
         self.output = audio.AudioOutput(self._attached, device, sample_rate=rate, channels=channels, **settings)
         return {
             "device": dataclasses.asdict(device),
