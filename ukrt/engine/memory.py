@@ -4,13 +4,12 @@ A block that is shared is described by its manifest (plain data, fit for JSON), 
 """
 
 import contextlib
-import sys
-import threading
-from multiprocessing import resource_tracker, shared_memory
+from multiprocessing import shared_memory
 
 import numpy as np
 
-_attaching = threading.Lock()
+from ukrt.engine.shared import attach_shared
+
 _LINE = 64  # bytes: every array starts on a cache line of its own
 
 
@@ -75,22 +74,6 @@ class Block:
         if self._owner:
             with contextlib.suppress(FileNotFoundError):
                 memory.unlink()
-
-
-def attach_shared(name):
-    """The shared memory ``name`` of another process, which alone shall remove it (SharedMemory).
-
-    Before Python 3.13 every process that attaches is also noted as one that removes it when it ends (CPython issue
-    82300); nothing is noted while this looks.
-    """
-    if sys.version_info >= (3, 13):
-        return shared_memory.SharedMemory(name, track=False)
-    with _attaching:
-        register, resource_tracker.register = resource_tracker.register, lambda *_: None
-        try:
-            return shared_memory.SharedMemory(name)
-        finally:
-            resource_tracker.register = register
 
 
 def _private(size):

@@ -4,10 +4,10 @@ The same rules as in `engine/kernels/queue.py`, in plain Python on memoryviews: 
 can be missed, then new notes, and the end of notes only when it is full.
 """
 
-import sys
 import threading
 
 from ukrt.engine import stage_layout as at
+from ukrt.engine.shared import attach_shared
 
 _PEDALS, _DOWN = range(64, 67), 64  # CC64 sustain to CC66 soft; values from 64 on are "down"
 _MODES = 120  # controllers from here on are channel mode messages: they end notes or reset
@@ -84,7 +84,7 @@ class StageView:
     """
 
     def __init__(self, manifest):
-        self._memory = attach(manifest["name"])
+        self._memory = attach_shared(manifest["name"])
         (_, si_at, si_length), (_, sd_at, sd_length) = manifest["arrays"]["si"], manifest["arrays"]["sd"]
         if si_length != at.SI_SIZE or sd_length != at.SD_SIZE:
             raise ValueError(f"a stage has {at.SI_SIZE} integers and {at.SD_SIZE} floats, not {si_length}, {sd_length}")
@@ -116,17 +116,3 @@ class StageView:
         self.si.release()
         self._sd.release()
         self._memory.close()
-
-
-def attach(name):
-    """The shared memory ``name`` of another process, which alone shall remove it (SharedMemory)."""
-    from multiprocessing import resource_tracker, shared_memory
-
-    if sys.version_info >= (3, 13):
-        return shared_memory.SharedMemory(name, track=False)
-    register = resource_tracker.register  # would start a tracker that removes the memory when this process ends
-    resource_tracker.register = lambda *_: None
-    try:
-        return shared_memory.SharedMemory(name)
-    finally:
-        resource_tracker.register = register
