@@ -193,3 +193,17 @@ def test_what_is_left_out_on_a_slow_computer_is_told(engine):
         assert bench.session.state()["shed_level"] == 2
         engine.shed_budget = 0.0
         bench.wait(lambda: any("nothing is left out" in sentence for sentence in bench.news))
+
+
+def test_the_output_is_looked_after_and_what_it_says_is_told(engine):
+    class Wired(Device):
+        sentences = ("a cable is in", "a cable is out")
+
+        def tend(self):
+            said, self.sentences = self.sentences[:1], self.sentences[1:]
+            return said
+
+    bench = Bench(engine, Wired(engine))
+    with bench.session:
+        bench.wait(lambda: len(bench.news) == 2)
+    assert bench.news == ["a cable is in", "a cable is out"]

@@ -197,8 +197,7 @@ class Playing:
         return sum(len(others) for name, others in ports.items() if name.startswith("midi"))
 
     def _take_news(self):
-        session = self._session
-        for sentence in getattr(session.output, "tend", list)() + session.news():
+        for sentence in self._session.news():
             self._tell(sentence)
 
     def _tell(self, sentence):

@@ -28,7 +28,8 @@ class LiveSession:
     ----------
     engine : Engine
     open_output : callable () -> output
-        Opens the output without starting it; called again whenever the output has gone. Raises `UkrtError`.
+        Opens the output without starting it; called again whenever the output has gone. Raises `UkrtError`. An output
+        may have ``news()``, and ``tend()`` where it wants to be looked after; both give sentences.
     midi_sources : sequence of object
         Each with ``start()`` and ``close()``, and where they have something to tell ``news()`` and ``counts()``.
     player : object, optional
@@ -138,6 +139,7 @@ class LiveSession:
     def tend(self):
         """Look after everything: to be called about twenty times a second. Never waits."""
         self._keeper.tend()
+        self._news.extend(getattr(self.output, "tend", list)())
         if self._generation != self._keeper.generation:
             self._generation = self._keeper.generation
             self._missing.restart()
