@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from engine.shedding import dense
 
 from ukrt.engine import layout as at
 from ukrt.engine import stage_layout as stage_at
@@ -13,25 +14,9 @@ from ukrt.model.presets import load_preset
 FRAMES = 24000
 
 
-def _messages():
-    """Half a second of dense playing: chords, repeated notes, note-offs, pedal and bends, at seeded odd frames."""
-    rng = np.random.default_rng(3)
-    events, frame = [], 0
-    while frame < FRAMES - 4000:
-        frame += int(rng.integers(0, 900))
-        note = int(rng.integers(40, 80))
-        events.append((frame, 0x90, note, int(rng.integers(20, 127))))
-        events.append((frame + int(rng.integers(300, 6000)), 0x80, note, 0))
-        if rng.random() < 0.3:
-            events.append((frame + 50, 0xE0, int(rng.integers(0, 128)), int(rng.integers(0, 128))))
-        if rng.random() < 0.2:
-            events.append((frame, 0xB0, 64, int(rng.integers(0, 128))))
-    return sorted(events)
-
-
 def _play(block, signal, sample_rate=48000.0, frames=FRAMES):
     engine = Engine(load_preset("classical"), sample_rate, signal=signal)
-    for message in _messages():
+    for message in dense(FRAMES):
         assert engine.send(*message)
     blocks = [engine.process(min(block, frames - start)) for start in range(0, frames, block)]
     return np.concatenate(blocks), engine
@@ -63,7 +48,7 @@ def test_the_card_gets_the_same_samples_as_floats_with_gain():
     doubles, _ = _play(256, "pressure")
     engine = Engine(load_preset("classical"), 48000.0)
     engine.output_gain = 0.25
-    for message in _messages():
+    for message in dense(FRAMES):
         engine.send(*message)
     call = CALLBACK(engine.callback_address)
     out = np.zeros((FRAMES, 2), np.float32)
