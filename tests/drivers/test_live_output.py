@@ -69,45 +69,45 @@ def test_pauses_between_attempts_grow_to_five_seconds(engine):
     assert told == ["still no sound: no server", "still no sound: another reason"]  # each once
 
 
+class Stubborn(Bench):
+    """The second device opens when `open_now` is set."""
+
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.open_now = threading.Event()
+
+    def open(self):
+        device = super().open()
+        assert self.attempts != 2 or self.open_now.wait(20)
+        return device
+
+    def wait_for_the_second_attempt(self):
+        """The first device dies, the second is being opened."""
+        self.session.output.die()
+        self.wait(lambda: self.attempts == 2)
+
+
 def test_tending_never_waits_for_an_output_that_does_not_open(engine):
-    open_now = threading.Event()
     second = Device(engine, "second")
-
-    class Stubborn(Bench):
-        def open(self):
-            device = super().open()
-            assert device is not second or open_now.wait(20)
-            return device
-
     bench = Stubborn(engine, Device(engine, "first"), second)
     with bench.session as session:
-        session.output.die()
-        bench.wait(lambda: bench.attempts == 2)
+        bench.wait_for_the_second_attempt()
         for _ in range(100):
             bench.turn()
         bench.advance()  # the null output goes on meanwhile
-        assert session.away and not open_now.is_set()
-        open_now.set()
+        assert session.away and not bench.open_now.is_set()
+        bench.open_now.set()
         bench.wait(lambda: session.reconnections and session.output is second)
 
 
 def test_a_session_ends_while_an_output_is_being_opened(engine, monkeypatch):
     monkeypatch.setattr("ukrt.drivers.live.output._LEAVE_SECONDS", 0.05)
-    open_now, diary = threading.Event(), []
-    late = Device(engine, "late", diary=diary)
-
-    class Stubborn(Bench):
-        def open(self):
-            device = super().open()
-            assert device is not late or open_now.wait(20)
-            return device
-
-    bench = Stubborn(engine, Device(engine, "first"), late)
+    diary = []
+    bench = Stubborn(engine, Device(engine, "first"), Device(engine, "late", diary=diary))
     with bench.session as session:
-        session.output.die()
-        bench.wait(lambda: bench.attempts == 2)
+        bench.wait_for_the_second_attempt()
     assert session.output.name == "the null output" and not session.output.running
-    open_now.set()
+    bench.open_now.set()
     wait_until(lambda: diary)
     assert diary == ["late closes"]  # never started
 
