@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 import uuid
 
@@ -15,8 +16,12 @@ import pytest
 from ukrt.cli.main import main
 from ukrt.drivers.doctor import outputs as doctor_outputs
 from ukrt.drivers.doctor.advice import PROBLEM
+from ukrt.drivers.doctor.sources import Compiled
 from ukrt.drivers.doctor.system_facts import system_facts
 from ukrt.drivers.midi.host import MARGIN_SECONDS
+from ukrt.engine import stage_layout as at
+from ukrt.engine.engine import Engine
+from ukrt.model.presets import load_preset
 
 SOURCES = ("compiled", "empty", "python")
 
@@ -129,6 +134,26 @@ def test_without_portaudio_the_null_output_is_measured_and_said_so(monkeypatch):
     assert any("ukrt[live]" in note for note in report["notes"])
     assert report["machine"]["libraries"]["portaudio"] is None
     assert any(one["severity"] == PROBLEM and "PortAudio" in one["words"] for one in report["advice"])
+
+
+def test_counters_are_read_when_a_block_that_is_interrupted_has_ended():
+    """A busy machine stops the audio thread in the middle of a block, between the frames and the count of the block."""
+    engine = Engine(load_preset("paper"))
+    engine.process_card(128)
+    si = engine.stage.si
+    si[at.G_BUSY] = 1
+    si[at.G_FRAME] += 128
+
+    def go_on():
+        si[at.N_BLOCKS] += 1
+        si[at.G_BUSY] = 0
+
+    later = threading.Timer(0.2, go_on)
+    later.start()
+    counts = Compiled(engine).counts()
+    later.join()
+    assert (counts["frames"], counts["blocks"]) == (256, 2)
+    engine.close()
 
 
 # On a server ---------------------------------------------------------------------------------------------------------

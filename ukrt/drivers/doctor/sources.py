@@ -16,7 +16,8 @@ from ukrt.engine.kernels import idle
 PLUCK_SECONDS = 2.0
 _FIRST_SECONDS = 0.05  # from the start of a slice to its first pluck
 _VELOCITY = 100
-_TRIES = 100  # of reading between two blocks; one takes about a tenth of a block of 64 frames
+_PATIENCE_SECONDS = 2.0  # for the end of a block: a busy machine may interrupt whoever computes it for a while
+_PAUSE_SECONDS = 2e-4  # between two attempts to read between two blocks
 _FLAG_KINDS = ("input_underflows", "input_overflows", "underflows", "overflows", "priming")  # PortAudio's bits 0 to 4
 
 
@@ -60,13 +61,13 @@ class Compiled:
 
     def _between_blocks(self):
         """Frames and counters that belong together: read while no block is computed, where that can be had."""
-        si = self.engine.stage.si
-        for _ in range(_TRIES):
+        si, ends = self.engine.stage.si, time.monotonic() + _PATIENCE_SECONDS
+        while True:
             sequence, busy = int(si[at.G_STAMP_SEQ]), si[at.G_BUSY]
             read = self.engine.frame, self.engine.counters()
-            if not busy and sequence == si[at.G_STAMP_SEQ]:
-                break
-        return read
+            if (not busy and sequence == si[at.G_STAMP_SEQ]) or time.monotonic() > ends:
+                return read
+            time.sleep(_PAUSE_SECONDS)
 
     def strings_plucked(self):
         """How many different strings have been plucked."""
