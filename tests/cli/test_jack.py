@@ -24,7 +24,8 @@ def test_devices_lists_the_server(server, ukrt_process):
 
 
 def test_a_piece_is_played_and_kept(begin, piece, server, tmp_path):
-    report, err = ended(begin(piece, "--seconds", 2, "--driver", "portaudio", "--channels", 1), tmp_path)
+    options = ("--seconds", 2, "--no-shedding", "--driver", "portaudio", "--channels", 1)
+    report, err = ended(begin(piece, *options), tmp_path)
     assert "JACK" in report["output"] and err == "" and not report["session"]["away"]
     assert (report["sample_rate"], report["block_size"]) == (48000.0, 128)
     assert report["counters"]["notes_on"] == 2 and report["counters"]["midi_dropped"] == 0

@@ -16,7 +16,7 @@ pytestmark = [
 
 
 def test_a_piece_is_played_and_kept(begin, piece, tmp_path):
-    report, err = ended(begin(piece, "--seconds", 2, "--driver", "jack"), tmp_path)
+    report, err = ended(begin(piece, "--seconds", 2, "--no-shedding", "--driver", "jack"), tmp_path)
     assert "JACK" in report["output"] and err == "" and not report["session"]["away"]
     assert (report["sample_rate"], report["block_size"]) == (48000.0, 128)
     assert report["counters"]["notes_on"] == 2 and report["counters"]["midi_dropped"] == 0

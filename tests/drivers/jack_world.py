@@ -153,6 +153,25 @@ class Recorder:
         block = np.array([port.get_array() for port in self.ports])
         self.blocks.append((self.client.last_frame_time, block))
 
+    def heard(self):
+        """The samples (n, channels) of all cycles, one after another, whatever the server left out between them."""
+        return np.concatenate([block.T for _, block in self.blocks[:]])
+
+    def place(self, frame):
+        """Where in `heard` a frame of JACK's time stands that lies in one of the cycles (int)."""
+        place = 0
+        for start, block in self.blocks[:]:
+            if 0 <= frame - start < block.shape[1]:
+                return place + frame - start
+            place += block.shape[1]
+        raise ValueError(f"no cycle holds frame {frame}")
+
+    def skipped(self):
+        """Frames by which the server's time ran ahead between two cycles of one period: it was late (int)."""
+        cycles = [(start, block.shape[1]) for start, block in self.blocks[:]]
+        pairs = zip(cycles, cycles[1:], strict=False)
+        return sum(max(0, later - start - n) for (start, n), (later, m) in pairs if n == m)
+
     def sound(self):
         """(frame of JACK's time of the first sample, samples (n, channels)); cycles that were missed are zeros."""
         blocks = list(self.blocks)

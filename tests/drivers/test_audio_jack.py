@@ -6,11 +6,11 @@ import subprocess
 
 import pytest
 from devices import JackServer, needs_jack, wait_until
+from live_bench import make_engine
 
 from ukrt.drivers.live.session import LiveSession
 from ukrt.drivers.sound import process as audio_process
 from ukrt.drivers.sound.process import AudioProcess
-from ukrt.engine.engine import Engine
 from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset
 
@@ -32,8 +32,7 @@ def jack(tmp_path, monkeypatch):
 
 @pytest.fixture
 def engine():
-    engine = Engine(load_preset("paper"), shared=True)
-    engine.output_gain = engine.instance.preset_gain
+    engine = make_engine()
     yield engine
     engine.close()
 

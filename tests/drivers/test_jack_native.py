@@ -73,8 +73,8 @@ NOTES = [bytes([0x90, 40 + 5 * k % 32, 60 + 9 * k % 60]) for k in range(12)] + [
 @SYNC
 def test_another_clients_recording_equals_the_journal_replayed(world, engine):
     """Bit for bit; and each message acts at just the frame at which it was sent."""
-    output = world.started(engine)
     sender, recorder = world.open(Sender), world.open(Recorder)
+    output = world.started(engine)
     output.tend()
     for source, target in zip(("out_left", "out_right"), recorder.ports, strict=True):
         recorder.client.connect(f"{output.name.split()[0]}:{source}", target)
@@ -85,16 +85,16 @@ def test_another_clients_recording_equals_the_journal_replayed(world, engine):
     output.close()
     frames = engine.journal(0)[1][:, 0]
     assert len(frames) == len(NOTES)
-    delays = {int(frame) - when for frame, (when, _) in zip(frames, sender.sent, strict=True)}
+    delays = {int(frame) - recorder.place(when) for frame, (when, _) in zip(frames, sender.sent, strict=True)}
     assert len(delays) == 1
-    first, recorded = recorder.sound()
-    first += delays.pop()
+    delay = delays.pop()
     begin = int(frames[0]) - 100
     expected = replayed(engine)[begin:end].view(np.int32)
     assert np.abs(expected.view(np.float32)).max() > 0.01
-    different = np.flatnonzero(recorded[begin - first : end - first].view(np.int32) != expected)
+    different = np.flatnonzero(recorder.heard()[begin - delay : end - delay].view(np.int32) != expected)
     assert different.tolist() == []
-    assert output.counts()["missed_frames"] == output.counts()["lost_events"] == 0
+    assert output.counts()["lost_events"] == 0
+    assert output.counts()["missed_frames"] <= recorder.skipped()  # 0, unless the machine holds up the server itself
 
 
 @SYNC
@@ -139,6 +139,7 @@ def test_every_event_is_heard_at_its_own_frame(world):
     assert {heard[note] - sent[note] for note in heard} == {0}
 
 
+@SYNC  # else a cycle that the sequencer misses takes its events along
 @pytest.mark.skipif(shutil.which("jack_midiseq") is None, reason="needs jack_midiseq (Debian: in jackd2)")
 def test_a_thread_that_holds_the_interpreter_delays_nothing(world):
     """A sequencer in C plays; for a second no other Python code can run at all."""
@@ -149,14 +150,15 @@ def test_a_thread_that_holds_the_interpreter_delays_nothing(world):
     try:
         output = world.started(engine, midi="sequencer")
         wait_until(lambda: output.tend() or output.counts()["messages"] > 0)
-        before, frame = output.counts(), engine.frame
+        before = output.counts()
         ctypes.PyDLL(None).usleep(1_000_000)  # PyDLL keeps the lock
-        after, frames = output.counts(), engine.frame - frame
+        after = output.counts()
     finally:
         sequencer.send_signal(signal.SIGTERM)
         sequencer.wait(10)
+    frames, messages = (after[name] - before[name] for name in ("frames", "messages"))
     assert frames > 24000  # of 48000; a callback in Python would have computed none
-    assert abs((after["messages"] - before["messages"]) - 2 * frames / 2400) <= 3 + after["missed_frames"] // 1200
+    assert abs(messages - 2 * frames / 2400) <= 3
 
 
 @SYNC
@@ -190,7 +192,8 @@ def test_the_server_dies_and_another_comes(world, engine, how):
 
 @SYNC
 def test_the_period_changes_while_playing(world, engine):
-    output, sender, recorder = world.started(engine), world.open(Sender), world.open(Recorder)
+    sender, recorder = world.open(Sender), world.open(Recorder)
+    output = world.started(engine)
     output.tend()
     recorder.client.connect(output._outs[0], recorder.ports[0])
     play(sender, NOTES[:6])
@@ -200,17 +203,16 @@ def test_the_period_changes_while_playing(world, engine):
         frame = engine.frame
         wait_until(lambda frame=frame: engine.frame > frame + 4096)
         assert output.running
-    blocks = [block for _, block in recorder.blocks]
+    heard = recorder.heard()[:, 0]
     output.close()
-    assert {block.shape[1] for block in blocks} == {128, 64, 32, 2048}
-    heard = np.concatenate([block[0] for block in blocks])
+    assert {block.shape[1] for _, block in recorder.blocks} == {128, 64, 32, 2048}
     expected = replayed(engine)[:, 0]
     shift = np.flatnonzero(np.abs(heard) > 1e-3)[0] - np.flatnonzero(np.abs(expected) > 1e-3)[0]
     begin = max(0, -shift)
     assert shift <= 0 or not heard[:shift].any()
     heard = heard[begin + shift :][: len(expected) - begin]
     assert len(heard) > 24000 and np.array_equal(heard, expected[begin : begin + len(heard)])
-    assert output.counts()["missed_frames"] == 0
+    assert output.counts()["missed_frames"] <= recorder.skipped()  # 0, unless the machine holds up the server itself
 
 
 @SYNC
