@@ -106,7 +106,8 @@ def _read(path):
         if path.exists() and not path.is_file():
             raise MidiFileError(f"{path}: is not a regular file, a MIDI file is needed")
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            size = os.fstat(file.fileno()).st_size  # room for the most takes a process that locks its memory 0.1 s
+            data = file.read(min(size, MAX_BYTES) + 1)
     except FileNotFoundError:
         raise MidiFileError(f"{path}: no such file, an existing MIDI file is needed") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name

@@ -8,6 +8,7 @@ count. Nothing that a file holds raises anything but a `UkrtError`.
 import dataclasses
 import json
 import math
+import os
 import pathlib
 import re
 from array import array
@@ -113,7 +114,8 @@ def read_take(path):
     path = pathlib.Path(path)
     try:
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            size = os.fstat(file.fileno()).st_size  # room for the most takes a process that locks its memory 0.1 s
+            data = file.read(min(size, MAX_BYTES) + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise MidiFileError(f"{path}: cannot be read ({reason}), a readable take is needed") from None
