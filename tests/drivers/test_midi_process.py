@@ -78,7 +78,7 @@ class Sender:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         )
         self.name = f"{name}:out (Jack)"
-        self._process.stdout.readline()
+        assert self._process.stdout.readline(), "the sender has not started"
 
     def __enter__(self):
         return self
@@ -101,6 +101,17 @@ class Sender:
 def numbered(count):
     """Messages that are all different up to 14 bits."""
     return [(0xE0, k & 127, (k >> 7) & 127) for k in range(count)]
+
+
+def send_until_heard(sender, stage, message):
+    """A server that does not wait for its clients loses what it is sent in a cycle that a busy machine misses."""
+
+    def heard():
+        sender.send(message)
+        stage.take()
+        return message in stage.messages()
+
+    wait_until(heard)
 
 
 def compute(ended):
@@ -185,7 +196,7 @@ def test_a_lane_that_nobody_empties_keeps_the_ends_of_notes(patient_server, stag
     assert refused["note_on"] > refused["note_end"] and refused["other"] == 0
 
 
-def test_a_port_that_vanishes_lets_go_and_is_opened_again(server, stage):
+def test_a_port_that_vanishes_lets_go_and_is_opened_again(patient_server, stage):
     with listening(stage, wanted=["sender"]) as process:
         assert "no MIDI input 'sender' yet" in process.news()[0]
         with Sender() as sender:
@@ -226,7 +237,7 @@ def test_ports_that_come_and_go_leave_the_others_alone(server, stage):
     assert [sentence for sentence in news if two.name in sentence] == [f"listening to {two.name}"]
 
 
-def test_a_virtual_port(server, stage):
+def test_a_virtual_port(patient_server, stage):
     with Sender() as sender, listening(stage, wanted=[], virtual="strings") as process:
         wait_until(lambda: process.ports() == ["strings"])
         subprocess.run(["jack_connect", "sender:out", "ukrt:strings"], check=True, capture_output=True)
@@ -234,7 +245,7 @@ def test_a_virtual_port(server, stage):
         wait_until(lambda: stage.take() and stage.messages() == [(0x90, 60, 100)])
 
 
-def test_real_time_bytes_and_sysex_on_the_way(server, stage):
+def test_real_time_bytes_and_sysex_on_the_way(patient_server, stage):
     with Sender() as sender, listening(stage, wanted="sender") as process:
         sender.send((0xF8,), (0x90, 60, 1), (0xF0, 1, 2, 3, 0xF7), (0xFE,), (0xFA,), (0x90, 61, 1))
         wait_until(lambda: len(stage.take()) == 4)  # silence after active sensing ends both notes
@@ -244,14 +255,12 @@ def test_real_time_bytes_and_sysex_on_the_way(server, stage):
 
 def test_a_child_that_is_killed_is_followed_by_another(server, stage):
     with Sender() as sender, listening(stage, wanted="sender") as process:
-        sender.send((0x90, 60, 100))
-        wait_until(lambda: len(stage.take()) == 1)
+        send_until_heard(sender, stage, (0x90, 60, 100))
         first = process.pid
         os.kill(first, signal.SIGKILL)
         wait_until(lambda: process.counts()["restarts"] == 1 and process.ports() == [sender.name])
         assert process.pid not in (None, first)
-        sender.send((0x90, 61, 100))
-        wait_until(lambda: stage.take()[-1][1] == (0x90, 61, 100))
+        send_until_heard(sender, stage, (0x90, 61, 100))
         assert any("exit code -9" in sentence for sentence in process.news())
     assert {(0xB0 | c, 123, 0) for c in range(16)} <= set(stage.messages())  # nobody knew what was held
 
@@ -283,17 +292,17 @@ def test_a_server_that_stands_still_holds_up_neither_start_nor_end(server, stage
         assert process.pid is None
 
 
-def test_a_server_that_dies_and_comes_back(server, stage):
+def test_a_server_that_dies_and_comes_back(patient_server, stage):
     with listening(stage, wanted="all") as process:
         with Sender() as sender:
             wait_until(lambda: process.ports() == [sender.name])
             sender.send((0x90, 60, 100))
             wait_until(lambda: len(stage.take()) == 1)
-            server.stop()
+            patient_server.stop()
             wait_until(lambda: process.ports() == [])
             wait_until(lambda: stage.take()[-1][1] == (0x80, 60, 0))
         assert any("JACK server has gone" in sentence for sentence in process.news())
-        server.start()
+        patient_server.start()
         with Sender() as sender:
             wait_until(lambda: process.ports() == [sender.name])
             sender.send((0x90, 61, 100))
