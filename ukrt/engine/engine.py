@@ -14,8 +14,9 @@ from ukrt.engine.instance import Instance
 from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.queue import lane_push
 from ukrt.engine.note_log import read_note_log
+from ukrt.engine.slots import Slots
 from ukrt.engine.stage import Stage
-from ukrt.errors import ParameterError, UkrtError
+from ukrt.errors import ParameterError
 
 
 class Engine:
@@ -47,10 +48,9 @@ class Engine:
         self.channels = instance.channels
         self._stage = Stage(self.channels, shared)
         self._stage.reset(instance.sample_rate)
-        self._si, self._sd = self._stage.si, self._stage.sd
-        self._slots = [instance, None]
+        self._si = self._stage.si
         self._host = Host(self._stage.arrays)
-        self._host.point(0, instance.block.arrays)
+        self._slots = Slots(self._stage, self._host, instance)
         self._address = self._host.userdata_address
         self._function = CALLBACK(self._host.callback_address)
 
@@ -58,7 +58,7 @@ class Engine:
     @property
     def instance(self):
         """The instance that is heard (Instance)."""
-        return self._slots[self._si[at.G_SLOT]]
+        return self._slots.heard
 
     @property
     def guitar(self):
@@ -146,50 +146,16 @@ class Engine:
     # Another guitar while playing ------------------------------------------------------------------------------------
     @property
     def swapping(self):
-        """Whether an instance is about to take over or is still being faded in (bool)."""
-        return bool(self._si[at.G_SWAP] or self._si[at.G_FADE])
+        """See `Slots.swapping`."""
+        return self._slots.swapping
 
     def load(self, instance, gain=None):
-        """Put ``instance`` into the free slot, for `swap`.
-
-        Parameters
-        ----------
-        instance : Instance
-            Of the same signal and channels.
-        gain : float [1], optional
-            Of what goes to a sound card; by default as its preset has it.
-        """
-        if self.swapping:
-            raise UkrtError("the guitar cannot be changed while the last change is still being carried out")
-        if (instance.signal, instance.channels) != (self.signal, self.channels):
-            found = f"{instance.signal} in {instance.channels} channels"
-            raise ParameterError("instance", found, f"it must be {self.signal} in {self.channels} channels")
-        free = 1 - int(self._si[at.G_SLOT])
-        instance.d[instance_at.METER + instance_at.M_GAIN] = instance.preset_gain if gain is None else gain
-        before, self._slots[free] = self._slots[free], instance
-        self._host.point(free, instance.block.arrays)
-        if before is not None:
-            before.close()
+        """See `Slots.load`."""
+        self._slots.load(instance, gain)
 
     def swap(self, frame=at.AT_ONCE):
-        """Let the loaded instance take over: what rings goes on ringing on it, and it is faded in over 2048 frames.
-
-        Parameters
-        ----------
-        frame : int
-            When exactly; AT_ONCE: at the beginning of the next block.
-
-        Returns
-        -------
-        int
-            The number of this change, which the journal names.
-        """
-        if self._slots[1 - int(self._si[at.G_SLOT])] is None:
-            raise UkrtError("there is no other guitar loaded that could take over")
-        self._si[at.G_SWAP_NUMBER] += 1
-        self._si[at.G_SWAP_FRAME] = frame
-        self._si[at.G_SWAP] = 1
-        return int(self._si[at.G_SWAP_NUMBER])
+        """See `Slots.swap`."""
+        return self._slots.swap(frame)
 
     # Sound -----------------------------------------------------------------------------------------------------------
     @property
@@ -295,29 +261,22 @@ class Engine:
         """What another process needs to run this engine (dict, ready for JSON); only of a shared one."""
         return {
             "stage": self._stage.block.manifest(),
-            "slots": [instance and instance.block.manifest() for instance in self._slots],
+            "slots": self._slots.manifest(),
             "sample_rate": self.sample_rate,
             "channels": self.channels,
         }
 
     def reset(self):
         """All strings at rest, no note held, no message waiting, frame 0; counters at zero."""
-        gain, instance = self.output_gain, self.instance
-        instance.reset()
-        if self._slots[0] is not instance:
-            self._slots.reverse()
-            self._host.point(0, instance.block.arrays)
-        if self._slots[1] is not None:
-            self._host.point(1, self._slots[1].block.arrays)
-        self._stage.reset(instance.sample_rate)
+        gain, sample_rate = self.output_gain, self.sample_rate
+        self._slots.reset()
+        self._stage.reset(sample_rate)
         self.output_gain = gain
 
     def close(self):
         """Give the memory back; what was counted can still be read. Only after the driver has stopped calling."""
         self._host.close()
-        for instance in self._slots:
-            if instance is not None:
-                instance.close()
-        self._si = self._sd = None
+        self._slots.close()
+        self._si = None
         self._stage.close()
-        self._si, self._sd = self._stage.si, self._stage.sd
+        self._si = self._stage.si
