@@ -15,7 +15,7 @@ from array import array
 
 import numpy as np
 
-from ukrt.drivers.takes.events import CutError, events, shown
+from ukrt.drivers.files.midi_events import END_OF_TRACK, META, BrokenTrackError, track_events
 from ukrt.drivers.takes.take import EVENT_NAMES, FORMAT, MARK, TEXT, Sound, file_head, word_of
 from ukrt.engine.stage_layout import KIND_SHIFT, KIND_SWAP, VALUE_MASK
 from ukrt.errors import MidiFileError, UkrtError
@@ -138,7 +138,7 @@ class _Reader:
     def read(self, data):
         try:
             self._read_events(data)
-        except CutError as cut:
+        except BrokenTrackError as cut:
             self.warnings.append(f"the take breaks off at frame {self.end} ({cut}) and is played up to there")
         if self.header is None:
             raise MidiFileError(f"{self.path}: is no take, whose first event is the text {MARK}{FORMAT}")
@@ -157,12 +157,17 @@ class _Reader:
         )  # fmt: skip
 
     def _read_events(self, data):
-        for frame, status, data1, data2, raw in events(data, _HEAD_BYTES):
-            if raw is None:
+        for frame, status, data1, data2, raw, _ in track_events(data, _HEAD_BYTES, len(data)):
+            if status < 0xF0:
                 self._note(frame, word_of(status, data1, data2))
-            elif status == TEXT and raw.startswith(b"ukrt "):
+            elif raw is None:
+                raise BrokenTrackError(f"byte 0x{status:02X}, which no MIDI file may hold")
+            elif (status, data1) == (META, TEXT) and raw.startswith(b"ukrt "):
                 self._text(frame, raw)
             self.end = frame
+            if (status, data1) == (META, END_OF_TRACK):
+                return
+        raise BrokenTrackError("the file ends before the track does")
 
     def _note(self, frame, word):
         self.frames.append(frame)
@@ -175,7 +180,7 @@ class _Reader:
         if name == "take" and self.header is None:
             self.header = self._header(rest)
         elif self.header is None:
-            raise CutError(f"its text {shown(raw)} comes before the head of the take")
+            raise BrokenTrackError(f"its text {_shown(raw)} comes before the head of the take")
         elif name == "preset" and (found := _PART.fullmatch(rest)):
             self._part(*map(int, found.groups()[:3]), found[4])
         elif name == "swap" and (found := _SWAP.fullmatch(rest)):
@@ -188,17 +193,17 @@ class _Reader:
             else:
                 self._note(frame, _KINDS[name] << KIND_SHIFT | int(rest))
         else:
-            raise CutError(f"its text {shown(raw)} means nothing")
+            raise BrokenTrackError(f"its text {_shown(raw)} means nothing")
 
     def _header(self, raw):
         """The tree that says what the take is, everything about it checked."""
         number, _, rest = raw.partition(b" ")
         if number != str(FORMAT).encode():
-            found = shown(number)
+            found = _shown(number)
             raise MidiFileError(f"{self.path}: is a take of format {found}, {FORMAT} is the only one known here")
         try:
             tree = _tree(rest)
-        except CutError as reason:
+        except BrokenTrackError as reason:
             raise MidiFileError(f"{self.path}: the head of the take cannot be read: {reason}") from None
         checks = {
             "sample_rate": (_is_rate, "a number of hertz"),
@@ -213,7 +218,7 @@ class _Reader:
         }
         for key, (is_right, words) in checks.items():
             if not is_right(tree.get(key)):
-                found = shown(repr(tree.get(key)))
+                found = _shown(repr(tree.get(key)))
                 raise MidiFileError(f"{self.path}: the take's {key} is {found}, but it must be {words}")
         if not isinstance(tree.get("environment", {}), dict):
             tree["environment"] = {}
@@ -233,21 +238,21 @@ class _Reader:
         try:
             words = whole.decode("utf-8")
         except UnicodeDecodeError:
-            raise CutError(f"its preset {n} is not text in UTF-8") from None
+            raise BrokenTrackError(f"its preset {n} is not text in UTF-8") from None
         guitar = parse_preset(words, f"{self.path}: its preset {n}")
         self.presets[n] = words
         gain = tree.get("output_gain", 1.0)
         if type(gain) not in (int, float) or not 0.0 <= gain < 1e9:
-            raise CutError(f"the output_gain of its preset {n} is {shown(repr(gain))}")
+            raise BrokenTrackError(f"the output_gain of its preset {n} is {_shown(repr(gain))}")
         return Sound(guitar, float(tree["sample_rate"]), _response(tree.get("impulse_response")), float(gain))
 
     def _swap(self, frame, n, tree):
         if not _is_rate(tree.get("sample_rate")) or n == 0:
-            raise CutError(f"its swap {n} has no sample rate, or no number above 0")
+            raise BrokenTrackError(f"its swap {n} has no sample rate, or no number above 0")
         try:
             self.sounds[n] = self._sound(n, tree)
         except UkrtError as error:
-            raise CutError(str(error)) from None
+            raise BrokenTrackError(str(error)) from None
         self._note(frame, KIND_SWAP << KIND_SHIFT | n)
 
 
@@ -256,9 +261,9 @@ def _tree(raw):
     try:
         tree = json.loads(raw)
     except (ValueError, RecursionError):  # ValueError: no JSON, no UTF-8, numbers of thousands of digits
-        raise CutError(f"{shown(raw)} is not JSON") from None
+        raise BrokenTrackError(f"{_shown(raw)} is not JSON") from None
     if not isinstance(tree, dict):
-        raise CutError(f"{shown(raw)} is no JSON object")
+        raise BrokenTrackError(f"{_shown(raw)} is no JSON object")
     return tree
 
 
@@ -272,3 +277,10 @@ def _response(tree):
 
 def _is_rate(value):
     return type(value) in (int, float) and 0 < value < 1e9 and math.isfinite(value)
+
+
+def _shown(raw, limit=40):
+    """A few characters of what was found, printable."""
+    words = raw if isinstance(raw, str) else raw.decode("latin-1")
+    words = "".join(letter if letter.isprintable() else "?" for letter in words)
+    return words if len(words) <= limit else words[: limit - 3] + "..."
