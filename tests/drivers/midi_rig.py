@@ -1,20 +1,26 @@
-"""What the MIDI tests share: a stage in shared memory whose blocks a thread counts and stamps, and a JACK server."""
+"""What the MIDI tests share: a stage in shared memory whose blocks a thread counts and stamps, a JACK server, another
+program that sends, and the MIDI process that listens."""
 
 import contextlib
+import json
 import os
+import pathlib
 import shutil
 import signal
 import subprocess
+import sys
 import threading
 import time
 import uuid
 
 import pytest
 
+from ukrt.drivers.midi.process import MidiProcess
 from ukrt.engine import stage_layout as at
 from ukrt.engine.memory import Block
 
 RATE = 48000.0
+_SENDER = pathlib.Path(__file__).with_name("midi_sender.py")
 
 
 class Stage:
@@ -129,3 +135,69 @@ def wait_until(condition, seconds=15.0):
     while not condition():
         assert time.monotonic() < ends, "waited too long"
         time.sleep(0.01)
+
+
+@contextlib.contextmanager
+def running_server(monkeypatch, patient):
+    """A JACK server that clients of this process and its children go to."""
+    server = JackServer(patient)
+    for key in ("JACK_DEFAULT_SERVER", "JACK_NO_START_SERVER"):
+        monkeypatch.setenv(key, server.environment()[key])
+    server.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+@contextlib.contextmanager
+def listening(stage, **options):
+    """A MIDI process that has opened what there is."""
+    process = MidiProcess(stage.manifest(), **options)
+    process.start()
+    try:
+        assert process.wait_ready(10), process.news()
+        yield process
+    finally:
+        process.close()
+        assert process.pid is None
+
+
+class Sender:
+    """Another program that sends MIDI."""
+
+    def __init__(self, name="sender"):
+        command = [sys.executable, str(_SENDER), name]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        )
+        self.name = f"{name}:out (Jack)"
+        assert self._process.stdout.readline(), "the sender has not started"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._process.stdin.close()
+        self._process.wait(10)
+        self._process.stdout.close()
+
+    def send(self, *messages, step=0.0):
+        """Send messages ``step`` seconds apart; returns at once, `sent` when all are under way."""
+        self._process.stdin.write(json.dumps({"messages": messages, "step": step}) + "\n")
+        self._process.stdin.flush()
+
+    def sent(self):
+        """Wait until all that was to be sent has been."""
+        self._process.stdout.readline()
+
+
+def send_until_heard(sender, stage, message):
+    """A server that does not wait for its clients loses what it is sent in a cycle that a busy machine misses."""
+
+    def heard():
+        sender.send(message)
+        stage.take()
+        return message in stage.messages()
+
+    wait_until(heard)
