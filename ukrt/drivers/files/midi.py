@@ -1,10 +1,9 @@
 """Reads a Standard MIDI File: a path enters, a `Score` of channel messages with their times in seconds leaves.
 
-The events are scanned by `ukrt.drivers.files.midi_track` and not by ``mido.MidiFile``: mido reads numbers of any length
-(one megabyte of 0xFF costs 81 s), raises six classes of exception on broken files, needs the header's number of tracks
-to be right, and gives negative times for SMPTE divisions, so guarding it would mean scanning every event before it
-does. What mido knows better, the length of each kind of message, is taken from its table; the tests hold this scanner
-against mido's on well-formed files.
+The events are scanned by `ukrt.drivers.files.midi_events` and not by ``mido.MidiFile``: mido reads numbers of any
+length (one megabyte of 0xFF costs 81 s), raises six classes of exception on broken files, needs the header's number of
+tracks to be right, and gives negative times for SMPTE divisions. What mido knows better, the length of each kind of
+message, is taken from its table; the tests hold this scanner against mido's on well-formed files.
 
 What is done with files that break the rules (Standard MIDI Files 1.0, MMA RP-001):
 
@@ -27,6 +26,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from ukrt.drivers.files.midi_events import read_at_most
 from ukrt.drivers.files.midi_track import MAX_EVENTS, UnreadableError, scan_track
 from ukrt.errors import MidiFileError
 
@@ -105,9 +105,7 @@ def _read(path):
             raise MidiFileError(f"{path}: is a folder, a MIDI file is needed")
         if path.exists() and not path.is_file():
             raise MidiFileError(f"{path}: is not a regular file, a MIDI file is needed")
-        with path.open("rb") as file:
-            size = os.fstat(file.fileno()).st_size  # room for the most takes a process that locks its memory 0.1 s
-            data = file.read(min(size, MAX_BYTES) + 1)
+        data = read_at_most(path, MAX_BYTES)
     except FileNotFoundError:
         raise MidiFileError(f"{path}: no such file, an existing MIDI file is needed") from None
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
@@ -121,8 +119,6 @@ def _read(path):
 
 
 # Chunks ------------------------------------------------------------------------------------------------------------
-
-
 def _unwrap_riff(data):
     """The MIDI file inside a RIFF RMID file; anything else as it is."""
     if data[:4] != b"RIFF" or data[8:12] != b"RMID":

@@ -8,14 +8,13 @@ count. Nothing that a file holds raises anything but a `UkrtError`.
 import dataclasses
 import json
 import math
-import os
 import pathlib
 import re
 from array import array
 
 import numpy as np
 
-from ukrt.drivers.files.midi_events import END_OF_TRACK, META, BrokenTrackError, track_events
+from ukrt.drivers.files.midi_events import END_OF_TRACK, META, BrokenTrackError, read_at_most, track_events
 from ukrt.drivers.takes.take import EVENT_NAMES, FORMAT, MARK, TEXT, Sound, file_head, word_of
 from ukrt.engine.stage_layout import KIND_SHIFT, KIND_SWAP, VALUE_MASK
 from ukrt.errors import MidiFileError, UkrtError
@@ -113,9 +112,7 @@ def read_take(path):
     """
     path = pathlib.Path(path)
     try:
-        with path.open("rb") as file:
-            size = os.fstat(file.fileno()).st_size  # room for the most takes a process that locks its memory 0.1 s
-            data = file.read(min(size, MAX_BYTES) + 1)
+        data = read_at_most(path, MAX_BYTES)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise MidiFileError(f"{path}: cannot be read ({reason}), a readable take is needed") from None
