@@ -5,7 +5,7 @@ import math
 import pathlib
 import sys
 
-from ..errors import UkrtError
+from ..errors import MissingExtraError, UkrtError
 
 
 class UsageError(UkrtError):
@@ -105,6 +105,14 @@ def load_guitar(args):
     from ..model.presets import load_preset
 
     return load_preset(args.preset, dict(args.overrides))
+
+
+def need_matplotlib(who):
+    """Refuse early where no picture can be drawn; ``who`` needs it."""
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError:
+        raise MissingExtraError(f"{who} needs matplotlib, which is missing: pip install 'ukrt[plot]'") from None
 
 
 def make_console():

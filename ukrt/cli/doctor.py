@@ -8,7 +8,16 @@ import argparse
 import json
 
 from .. import __version__
-from .common import UsageError, add_command, add_guitar_options, add_rate_option, load_guitar, make_console, make_engine
+from .common import (
+    UsageError,
+    add_command,
+    add_guitar_options,
+    add_rate_option,
+    load_guitar,
+    make_console,
+    make_engine,
+    need_matplotlib,
+)
 
 _EPILOG = """\
 Each block size is measured under each stress for --seconds, shared by three callbacks in turns: the instrument with
@@ -69,7 +78,7 @@ def run(args):
     from . import doctor_report
 
     if args.plot:
-        doctor_report.need_matplotlib()
+        need_matplotlib("--plot")
     report = examine(args)
     if args.plot:
         doctor_report.draw(args.plot, report)

@@ -1,7 +1,5 @@
 """What ``ukrt doctor`` found, for people: a report (dict) enters, tables on the terminal or a picture leave."""
 
-from ..errors import MissingExtraError
-
 _NONE_PERCENT = 1e-3  # where no loss is drawn on a logarithmic axis
 _MARKS = {"problem": "[bold red]!![/]", "hint": "[yellow] ![/]", "good": "[green] +[/]"}
 
@@ -106,14 +104,6 @@ def _delay_table(cells):
             parts = [f"{delay[key]:.1f}" for key in ("midi_ms", "output_ms", "pluck_ms", "total_ms")]
             table.add_row(str(cell["block_frames"]), *parts)
     return table
-
-
-def need_matplotlib():
-    """Refuse early where no picture can be drawn."""
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError as error:
-        raise MissingExtraError("--plot needs matplotlib, which is missing: pip install 'ukrt[plot]'") from error
 
 
 def draw(path, report):

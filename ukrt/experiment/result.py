@@ -88,20 +88,32 @@ def save_result(result, path):
     path : str or os.PathLike
         Ends in .npz (NumPy; ``metadata`` holds JSON) or .h5 / .hdf5 (attributes hold it).
     """
-    path = check_result_path(path)
     metadata = {
         "program": f"ukrt {__version__}",
         "solver": result.solver,
         "case": dump_preset(result.case),
         "facts": result.facts,
-        "quantities": {
-            name: {"unit": one.unit, "columns": list(one.columns)} for name, one in result.quantities.items()
-        },
     }
-    arrays = {"times": result.times, **{name: one.values for name, one in result.quantities.items()}}
+    save_quantities({"times": Quantity(result.times, "s"), **result.quantities}, metadata, path)
+
+
+def save_quantities(quantities, metadata, path):
+    """Write arrays with their units; a file of that name is replaced only once the new one is whole.
+
+    Parameters
+    ----------
+    quantities : dict of str to Quantity
+    metadata : dict
+        What JSON can hold; units and columns are added under ``quantities``.
+    path : str or os.PathLike
+        As for `save_result`.
+    """
+    path = check_result_path(path)
+    about = {name: {"unit": one.unit, "columns": list(one.columns)} for name, one in quantities.items()}
+    arrays = {name: one.values for name, one in quantities.items()}
     part = path.with_name(f".{path.name}.part{path.suffix}")
     try:
-        _write(part, arrays, metadata)
+        _write(part, arrays, {**metadata, "quantities": about})
         os.replace(part, path)
     except OSError as error:
         raise UkrtError(f"{path} cannot be written: {error.strerror or error}") from None
@@ -117,7 +129,7 @@ def _write(path, arrays, metadata):
         file.attrs["metadata"] = json.dumps(metadata)
         for name, values in arrays.items():
             data = file.create_dataset(name, data=values, compression="gzip", shuffle=True)
-            about = metadata["quantities"].get(name, {"unit": "s", "columns": []})
+            about = metadata["quantities"][name]
             data.attrs["unit"] = about["unit"]
             data.attrs["columns"] = about["columns"]
 
