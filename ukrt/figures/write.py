@@ -75,7 +75,7 @@ def _write_all(number, data, folder, solver):
         "title": module.TITLE,
         "solver": solver,
         "cases": [dump_preset(case) for case in data.cases],
-        "numbers": [asdict(one) for one in data.numbers],
+        "numbers": [_plain(one) for one in data.numbers],
     }
     save_quantities(data.arrays, metadata, folder / f"{stem(number)}.npz")
     write_numbers(data.numbers, folder / f"{stem(number)}.csv")
@@ -84,6 +84,12 @@ def _write_all(number, data, folder, solver):
         samples = samples.reshape(len(samples), -1)
         with AudioWriter(folder / f"{name}.wav", rate_hz, samples.shape[1]) as sound:
             sound.write(samples)
+
+
+def _plain(number):
+    """A `Number` as a dict of Python's own types: comparisons of arrays leave NumPy's."""
+    agrees = None if number.agrees is None else bool(number.agrees)
+    return {**asdict(number), "value": float(number.value), "agrees": agrees}
 
 
 def _draw(module, data, path):
@@ -101,6 +107,6 @@ def write_numbers(numbers, path):
     with open(path, "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow([one.name for one in fields(Number)])
-        for one in numbers:
-            agrees = {True: "yes", False: "no", None: ""}[one.agrees]
-            table.writerow([one.what, repr(float(one.value)), one.unit, one.paper, agrees, one.note])
+        for one in map(_plain, numbers):
+            agrees = {True: "yes", False: "no", None: ""}[one["agrees"]]
+            table.writerow({**one, "agrees": agrees}.values())

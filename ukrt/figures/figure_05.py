@@ -1,0 +1,157 @@
+"""Fig. 5: how the bridge moves under a plucked E2: rigid bridge, one string on the body, all six strings."""
+
+import numpy as np
+
+from ..experiment.case import Case, ForceRamp, Point, Record
+from ..experiment.result import Quantity
+from .cases import paper_guitar
+from .data import FigureData, Number
+from .spectra import amplitude_spectrum, db, highest_near
+
+NUMBER = 5
+TITLE = "Motion at the bridge under E2"
+FORCE, DURATION, TOP_HZ = 5.0, 8.0, 1800.0  # N, s, Hz
+PANELS = ("rigid bridge", "one string on the body", "six strings on the body")
+_RESOLUTION_HZ = 2.0  # a Hann window of 8 s is 0.25 Hz wide at its feet; losses widen partials by less than 1 Hz
+_NEW_DB = 6.0  # so far above the spectrum of one string a peak must stand to count as new
+_BODY_DB = 1.0  # so far above the curve on both sides a body mode must stand to count as a peak
+
+
+def bridge_case(name, strings=(), bridge="body", guitar=None, duration=DURATION):
+    """Open E2, a Y pluck of 5 N, linear strings; the motion of its end at the bridge is kept."""
+    return Case(
+        name,
+        duration,
+        guitar or paper_guitar(),
+        strings=strings,
+        bridge=bridge,
+        tension_modulation=False,
+        plucks=[ForceRamp("E2", force_y=FORCE)],
+        record=Record(rate_hz=1e4, displacement=[Point("E2", 1.0)], bridge_force=False),
+    )
+
+
+def bridge_spectrum(result):
+    """Frequencies up to 1800 Hz and amplitudes [m] of the whole record under a Hann window, pluck included."""
+    frequencies, amplitudes = amplitude_spectrum(result["displacement"][:, 0], result.rate_hz)
+    heard = frequencies <= TOP_HZ
+    return frequencies[heard], amplitudes[heard]
+
+
+def make(run):
+    """Three runs."""
+    cases = (
+        bridge_case(PANELS[0], ("E2",), "rigid"),
+        bridge_case(PANELS[1], ("E2",)),
+        bridge_case(PANELS[2]),
+    )
+    results = [run(case) for case in cases]
+    spectra = [bridge_spectrum(result) for result in results]
+    arrays = {"frequency": Quantity(spectra[0][0], "Hz")}
+    arrays["spectra"] = Quantity(np.stack([amplitudes for _, amplitudes in spectra], axis=1), "m", PANELS)
+    numbers = (*_rigid(results, spectra), *_one_string(cases[1], *spectra[1]), *coupling(cases[2], *spectra[1:]))
+    return FigureData(arrays, numbers, cases=cases)
+
+
+def _rigid(results, spectra):
+    motion = np.abs(results[0]["displacement"][:, 0])
+    largest = float(np.max(motion[results[0].times <= 1.0]))
+    yield Number("rigid bridge: largest motion in the first second", largest, "m", "nil; drift below 2.0e-13",
+                 largest < 2e-13, f"rounding; it grows with time, to {np.max(motion):.2g} m in the end")  # fmt: skip
+    heard = spectra[0][0] > 20.0
+    level = float(db(np.max(spectra[0][1][heard]) / np.max(spectra[1][1])))
+    yield Number("rigid bridge: its spectrum below that of one string", level, "dB", "virtually nil", level < -200.0)
+
+
+def _one_string(case, frequencies, amplitudes):
+    partials = partial_peaks(frequencies, amplitudes)
+    first = partials[0]
+    yield Number("one string: first partial", first, "Hz", "82", round(first) == 82,
+                 "held at the bridge it would sound 82.59 Hz; the body, a spring below its first mode, lowers it")  # fmt: skip
+    spacing = float(np.polyfit(np.arange(1, len(partials) + 1), partials, 1)[0])
+    yield Number(f"one string: spacing of its {len(partials)} partials", spacing, "Hz", "near harmonic",
+                 abs(spacing / first - 1.0) < 0.02, "slope of a line through them")  # fmt: skip
+    body = case.instrument.body
+    found = body_peaks(frequencies, amplitudes, partials, body.frequencies_hz)
+    yield Number(f"one string: peaks at body modes, of {len(body.frequencies_hz)}", len(found), "", "smaller peaks",
+                 len(found) >= 5, "Hz: " + ", ".join(f"{hz:.1f}" for hz in found))  # fmt: skip
+
+
+def partial_peaks(frequencies, amplitudes, spacing_hz=82.7):
+    """Where a string's partials peak [Hz]: ndarray, up to the end of the spectrum."""
+    count = int((frequencies[-1] - 0.3 * spacing_hz) / spacing_hz)
+    return np.array(
+        [highest_near(frequencies, amplitudes, n * spacing_hz, 0.15 * spacing_hz)[0] for n in range(1, count + 1)]
+    )
+
+
+def body_peaks(frequencies, amplitudes, partials, modes_hz):
+    """Peaks within 2.5 % of body modes, apart from partials [Hz]: list of float."""
+    found = []
+    for hz in modes_hz:
+        near = (np.abs(frequencies - hz) < 0.025 * hz) & (_distance(frequencies, partials) > 2.0 * _RESOLUTION_HZ)
+        levels, at = db(amplitudes[near]), frequencies[near]
+        k = 1 + np.flatnonzero((levels[1:-1] > levels[:-2]) & (levels[1:-1] >= levels[2:]))
+        stands = [n for n in k if min(levels[n] - levels[:n].min(), levels[n] - levels[n:].min()) > _BODY_DB]
+        if stands:
+            found.append(float(at[max(stands, key=lambda n: levels[n])]))
+    return found
+
+
+def coupling(case, one, six):
+    """What the other strings add (iterator of Number); Fig. 3 asks for it with other shapes.
+
+    ``one`` and ``six`` are the spectra (frequencies, amplitudes) with one string and with all.
+    """
+    peaks = new_peaks(case.instrument.strings, one, six)
+    levels, strongest = np.array([level for _, _, level in peaks]), float(np.max(six[1]))
+    levels = db(levels / strongest)
+    name, hz, _ = peaks[int(np.argmax(levels))]
+    yield Number("six strings: new peaks", len(peaks), "", "new peaks, from the strings that are not plucked",
+                 len(peaks) > 0, f"6 dB or more above the spectrum of one string, up to {TOP_HZ:g} Hz")  # fmt: skip
+    yield Number("six strings: median level of the new peaks", float(np.median(levels)), "dB", "about -100",
+                 abs(np.median(levels) + 100.0) < 15.0, f"re the strongest partial; lowest {np.min(levels):.0f} dB")  # fmt: skip
+    yield Number("six strings: highest new peak", float(np.max(levels)), "dB", "about -100",
+                 abs(np.max(levels) + 100.0) < 15.0, f"{name} at {hz:.1f} Hz")  # fmt: skip
+
+
+def new_peaks(strings, one, six):
+    """Peaks at partials of other strings: list of (string's name, frequency [Hz], amplitude [m])."""
+    frequencies, amplitudes = six
+    taken, found = partial_peaks(*one), []
+    for string in strings:
+        if string.name == "E2":
+            continue
+        for n in range(1, int(frequencies[-1] / (string.wave_speed / (2.0 * string.length))) + 1):
+            harmonic = n * string.wave_speed / (2.0 * string.length)
+            hz, level = highest_near(frequencies, amplitudes, harmonic * (1.0 + 0.003), 0.007 * harmonic)
+            clear = _distance(hz, taken) > 2.0 * _RESOLUTION_HZ
+            before = one[1][int(np.argmin(np.abs(frequencies - hz)))]
+            if clear and db(level / before) > _NEW_DB:
+                found.append((string.name, hz, level))
+    return found
+
+
+def _distance(frequencies, others):
+    return np.min(np.abs(np.asarray(frequencies)[..., None] - others), axis=-1)
+
+
+def draw(data, figure):
+    """Three panels on the paper's axes."""
+    from .style import BLUE, GREY, RED, mark
+
+    figure.set_size_inches(6.6, 6.6)
+    frequencies, spectra = data.arrays["frequency"].values, data.arrays["spectra"].values
+    panels = figure.subplots(3, 1, sharex=True)
+    for k, (panel, words) in enumerate(zip(panels, PANELS, strict=True)):
+        panel.semilogy(frequencies, np.maximum(spectra[:, k], 1e-40), color=(BLUE, BLUE, RED)[k], lw=0.7)
+        if k == 2:
+            panel.semilogy(frequencies, spectra[:, 1], color=BLUE, lw=0.7)
+        low = -40 if k == 0 else -20
+        panel.set(ylabel="| Y$_6$(f) |  [m]", xlim=(0, TOP_HZ), ylim=(10.0**low, 1.0))
+        panel.set_yticks([1.0, 10.0 ** (low / 2), 10.0**low])
+        mark(panel, words + ("  (blue: one string)" if k == 2 else ""))
+    for hz in data.cases[1].instrument.body.frequencies_hz:
+        panels[1].axvline(hz, color=GREY, lw=0.6, ls=":", zorder=0)
+    panels[1].text(0.985, 0.06, "dotted: body modes, Table I", transform=panels[1].transAxes, ha="right", fontsize=8)
+    panels[-1].set_xlabel("Frequency  [Hz]")
