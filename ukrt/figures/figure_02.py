@@ -58,15 +58,14 @@ def transfer_function(body, frequencies):
 
 
 def _numbers(body, response, frequencies, level):
-    yield Number("impulse response: value at 0", float(response[0]), "(m/s)/(N s)",
-                 "the axis shows -20 to 20 with room beyond", 20.0 <= response[0] < 40.0,
-                 "sum of phi^2 / m of Table I; the shapes phi are estimates")  # fmt: skip
-    yield Number("transfer function: highest", float(np.max(level)), "(m/s)/N", "within 0.01 to 1 (the axis)",
-                 0.01 < np.max(level) < 1.0)  # fmt: skip
+    start, top = float(response[0]), float(np.max(level))
+    paper, note = "the axis has -20 to 20 and room beyond", "sum of phi^2 / m of Table I; the shapes phi are estimates"
+    yield Number("impulse response: value at 0", start, "(m/s)/(N s)", paper, 20.0 <= start < 40.0, note)
+    yield Number("transfer function: highest", top, "(m/s)/N", "within 0.01 to 1 (the axis)", 0.01 < top < 1.0)
     peaks = [highest_near(frequencies, level, hz, 0.02 * hz)[0] for hz in body.frequencies_hz]
     off = max(abs(peak / hz - 1.0) for peak, hz in zip(peaks, body.frequencies_hz, strict=True))
-    yield Number("peaks: the farthest from its modal frequency", 100.0 * off, "%", "dotted lines through the peaks",
-                 off < 0.01, "neighbours and antiresonances pull them")  # fmt: skip
+    what, note = "peaks: the farthest from its modal frequency", "neighbours and antiresonances pull them"
+    yield Number(what, 100.0 * off, "%", "dotted lines at the peaks", off < 0.01, note)
 
 
 def draw(data, figure):

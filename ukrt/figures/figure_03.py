@@ -1,4 +1,4 @@
-"""Fig. 3: mode shapes of the body at the six bridge points; they are estimates, so what others would change is shown."""
+"""Fig. 3: mode shapes of the body at the six bridge points; as they are estimates, also what others would change."""
 
 from dataclasses import replace
 

@@ -32,21 +32,18 @@ def decay_db(result, label, since, until):
 
 def numbers(result):
     """What can be compared with the paper's Fig. 7 (iterator of Number); Fig. 3 asks for it with other shapes."""
-    free = after_release(result)
-    begin, end = result.times[free][0], result.times[-1] - _EDGE
+    begin, end = result.times[after_release(result)][0], result.times[-1] - _EDGE
     for since, until in ((begin, begin + 0.25), (begin, end)):
         fall_y, fall_z = (decay_db(result, f"strings {way}", since, until) for way in "YZ")
-        yield Number(f"strings: Y falls in {until - since:.2g} s by", fall_y, "dB", "more than Z", fall_y > fall_z,
-                     f"Z by {fall_z:.2f} dB")  # fmt: skip
-    for label, paper, order in (("fingers Y", "of order 1e-5", -5), ("body", "of order 1e-4", -4)):
-        largest = float(np.max(result.column("energies", label)[free]))
-        name = "fret, Y" if label == "fingers Y" else label
-        yield Number(f"{name}: largest energy", largest, "J", paper, round(np.log10(largest)) == order)
-    for label in ("fingers Y", "body"):
+        what, note = f"strings: Y falls in {until - since:.2g} s by", f"Z by {fall_z:.2f} dB"
+        yield Number(what, fall_y, "dB", "more than Z", fall_y > fall_z, note)
+    note = "from its autocorrelation; the note sounds at 110.4 Hz"
+    for label, name, order in (("fingers Y", "fret, Y", -5), ("body", "body", -4)):
+        largest = float(np.max(result.column("energies", label)[after_release(result)]))
+        agrees = round(np.log10(largest)) == order
+        yield Number(f"{name}: largest energy", largest, "J", f"of order 1e{order}", agrees)
         hz = exchange_hz(result, label)
-        name = "fret, Y" if label == "fingers Y" else label
-        yield Number(f"{name}: its energy pulses at", hz, "Hz", "the frequency of the note", abs(hz - 110.4) < 2.0,
-                     "from its autocorrelation; the note sounds at 110.4 Hz")  # fmt: skip
+        yield Number(f"{name}: energy pulses at", hz, "Hz", "the frequency of the note", abs(hz - 110.4) < 2.0, note)
 
 
 def exchange_hz(result, label):

@@ -62,74 +62,78 @@ def make(run):
     for result, name in zip(results, ("1N", "5N", "5N_32kN"), strict=True):
         arrays[f"time_{name}"] = Quantity(result.times, "s")
         arrays[f"tension_{name}"] = Quantity(result["tension"][:, 0], "N")
-        for smooth, kind in ((True, "frequency"), (False, "frequency_raw")):
-            at, frequency = playing_frequency(result, rest, smooth)
+        tracks.append([playing_frequency(result, rest, smooth) for smooth in (True, False)])
+        for (at, frequency), kind in zip(tracks[-1], ("frequency", "frequency_raw"), strict=True):
             arrays[f"{kind}_time_{name}"], arrays[f"{kind}_{name}"] = Quantity(at, "s"), Quantity(frequency, "Hz")
-            tracks.append((at, frequency))
     arrays["flexible_string"] = Quantity(np.array(ideal_open_hz(string)), "Hz")
-    tensions = _tension_numbers(string, results, rest)
-    return FigureData(arrays, (*tensions, *_frequency_numbers(string, basis, tracks, rest)), cases=tuple(cases))
+    strong = tracks[1][0][1]
+    numbers = (
+        *_tension_numbers(string, results, rest),
+        *_absolute_numbers(string, strong, rest),
+        *_rise_numbers(string, tracks, rest),
+    )
+    return FigureData(arrays, numbers, cases=tuple(cases))
 
 
 def _tension_numbers(string, results, rest):
-    rises = [np.max(result["tension"][:, 0]) - string.tension for result in results]
+    rises = [float(np.max(result["tension"][:, 0]) - string.tension) for result in results]
     strong = results[1]
-    free = (strong.times > 0.02) & (strong.times < 1.5)
-    frequencies, amplitudes = amplitude_spectrum(strong["tension"][free, 0], strong.rate_hz, pad=4)
-    heard = frequencies > 0.5 * rest
-    ratio = frequencies[heard][np.argmax(amplitudes[heard])] / rest
     closed = static_tension_rise(string, strong.case.plucks[0].place, FORCES[1])
-    return (
-        Number(
-            "tension: largest rise at 5 N", rises[1], "N", "0.7 to 0.8 (read from the axis, 71.6 to 72.4 N)",
-            bool(0.65 <= rises[1] < 0.85), f"bent slowly, in closed form (ES/2) p (1-p) (F/T0)^2: {closed:.3f} N",
-        ),
-        Number(
-            "tension: mean rise 0.02 to 0.2 s, 5 N", _mean_rise(strong, string), "N", "", None,
-            "about half the static rise, as the mean of potential energy",
-        ),
-        Number("tension: largest rise, 5 N over 1 N", rises[1] / rises[0], "", "25 by Eq. 20", None),
-        Number(
-            "tension oscillates at so many times the fundamental", float(ratio), "", "2", bool(abs(ratio - 2) < 0.05)
-        ),
-        Number(
-            "tension: largest rise at 5 N if ES were 32 kN", rises[2], "N", "the axis ends 0.8 N above rest",
-            bool(rises[2] < 0.85), "so the text's '32' cannot be 32 kN with this curve; 3.2 kN it is",
-        ),
-    )  # fmt: skip
+    note = f"bent slowly, in closed form (ES/2) p (1-p) (F/T0)^2: {closed:.3f} N"
+    axis = "0.7 to 0.8 (read from the axis, 71.6 to 72.4 N)"
+    yield Number("tension: largest rise at 5 N", rises[1], "N", axis, 0.65 <= rises[1] < 0.85, note)
+    early = (strong.times > 0.02) & (strong.times < 0.2)
+    mean = float(np.mean(strong["tension"][early, 0]) - string.tension)
+    note = "about half the largest: it follows potential energy"
+    yield Number("tension: mean rise 0.02 to 0.2 s, 5 N", mean, "N", "", None, note)
+    yield Number("tension: largest rise, 5 N over 1 N", rises[1] / rises[0], "", "", None, "25 by Eq. 20, if slow")
+    times = _tension_hz(strong, rest) / rest
+    yield Number("tension oscillates at so many times the fundamental", times, "", "2", abs(times - 2.0) < 0.05)
+    note = "so the text's '32' cannot be 32 kN where this curve was plotted; 3.2 kN fits"
+    top = "the axis ends 0.8 N above rest"
+    yield Number("tension: largest rise at 5 N, ES of 32 kN", rises[2], "N", top, rises[2] < 0.85, note)
 
 
-def _mean_rise(result, string):
-    early = (result.times > 0.02) & (result.times < 0.2)
-    return float(np.mean(result["tension"][early, 0]) - string.tension)
+def _tension_hz(result, rest):
+    """The strongest line of the tension, its mean and slow decay left out [Hz]."""
+    free = (result.times > 0.02) & (result.times < 1.5)
+    frequencies, amplitudes = amplitude_spectrum(result["tension"][free, 0], result.rate_hz, pad=4)
+    heard = frequencies > 0.5 * rest
+    return float(frequencies[heard][np.argmax(amplitudes[heard])])
 
 
-def _frequency_numbers(string, basis, tracks, rest):
-    (_, weak), _, (_, strong), (raw_at, raw), (_, other), _ = tracks
-    end, rise = float(np.mean(strong[-20:])), float(strong[0] - np.mean(strong[-20:]))
-    early = raw[(raw_at < 0.2) & (np.abs(raw - rest) < 0.1 * rest)]
+def _absolute_numbers(string, strong, rest):
+    """Where the playing frequency stands, and what it is made of."""
+    start, end = float(strong[0]), float(np.mean(strong[-20:]))
+    note = "zero crossings of the fundamental (band-passed)"
+    yield Number("frequency at 5 N, start", start, "Hz", "about 82.8 (axis)", abs(start - 82.8) < 0.05, note)
+    note = f"in closed form {rest:.3f} Hz, the sum of the next three"
+    yield Number("frequency at 5 N, end", end, "Hz", "about 82.4 (axis)", abs(end - 82.4) < 0.05, note)
     ideal, complete = ideal_open_hz(string), held_fundamental(string, _COMPLETE_HZ)
-    expected = first_order_shift(string, 0.9, FORCES[1])
-    return (
-        Number("frequency at 5 N, start", float(strong[0]), "Hz", "about 82.8 (read from the axis)",
-               bool(abs(strong[0] - 82.8) < 0.05), "zero crossings of the fundamental (band-passed)"),
-        Number("frequency at 5 N, end", end, "Hz", "about 82.4 (read from the axis)", bool(abs(end - 82.4) < 0.05),
-               f"in closed form {rest:.3f} Hz, from the next three numbers; the paper's own is not in its text"),
-        Number("- of a flexible string, complete basis", ideal, "Hz", "", None, "c_T / 2L"),
-        Number("- more from bending stiffness", complete - ideal, "Hz", "", None,
-               "nearly all: modes of zero slope at the bridge clamp the string there, which is sqrt(B/T0) shorter"),
-        Number("- more from the basis cut at 10 kHz", rest - complete, "Hz", "", None,
-               "the cut modes' compliance is missing at the bridge; it is the paper's own basis"),
-        Number("frequency at 5 N: start above end", rise, "Hz", "about 0.4", bool(abs(rise - 0.4) < 0.1),
-               f"first order in the tension's rise: {expected:.3f} Hz; 0.4 Hz would need {0.4 / expected:.2g} times the"
-               " ES, and with it a tension that leaves the paper's axis"),
-        Number("- the highest single period before 0.2 s", float(np.max(early) - end), "Hz", "about 0.4",
-               bool(abs(np.max(early) - end - 0.4) < 0.1),
-               f"plain zero crossings at {LISTEN_AT:g} L, which partials out of tune scatter"),
-        Number("frequency at 1 N: start above end", float(weak[0] - np.mean(weak[-20:])), "Hz", "", None),
-        Number("frequency at 5 N: start above small amplitude if ES were 32 kN", float(other[0] - rest), "Hz",
-               "about 0.4", bool(abs(other[0] - rest - 0.4) < 0.1), "the same as for the tension"),
-    )  # fmt: skip
+    yield Number("- of a flexible string, complete basis", ideal, "Hz", "", None, "c_T / 2L")
+    note = "nearly all: modes of zero slope at the bridge clamp the string there, which is sqrt(B/T0) shorter"
+    yield Number("- more from bending stiffness", complete - ideal, "Hz", "", None, note)
+    note = "the cut modes' compliance is missing at the bridge; it is the paper's own basis"
+    yield Number("- more from the basis cut at 10 kHz", rest - complete, "Hz", "", None, note)
+
+
+def _rise_numbers(string, tracks, rest):
+    """How far above its end the playing frequency starts."""
+    weak, strong, other = (frequency for (_, frequency), _ in tracks)
+    raw_at, raw = tracks[1][1]
+    end, expected = float(np.mean(strong[-20:])), first_order_shift(string, 0.9, FORCES[1])
+    rise, paper = float(strong[0] - end), "about 0.4 (axis)"
+    note = f"first order in the tension's rise: {expected:.3f} Hz; 0.4 Hz needs {0.4 / expected:.2g} times the ES, and"
+    note += " then the tension leaves the paper's axis"
+    yield Number("frequency at 5 N, start above end", rise, "Hz", paper, abs(rise - 0.4) < 0.1, note)
+    early = raw[(raw_at < 0.2) & (np.abs(raw - rest) < 0.1 * rest)]
+    top = float(np.max(early) - end)
+    note = f"plain zero crossings at {LISTEN_AT:g} L, which partials out of tune scatter"
+    yield Number("- its highest single period before 0.2 s", top, "Hz", paper, abs(top - 0.4) < 0.1, note)
+    yield Number("frequency at 1 N, start above end", float(weak[0] - np.mean(weak[-20:])), "Hz", "", None)
+    rise = float(other[0] - rest)
+    note = "the axis, 82.2 to 82.8 Hz, would not hold it"
+    yield Number("frequency at 5 N, start, ES of 32 kN", rise, "Hz", paper, abs(rise - 0.4) < 0.1, note)
 
 
 def draw(data, figure):
