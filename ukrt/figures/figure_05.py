@@ -4,6 +4,7 @@ import numpy as np
 
 from ..experiment.case import Case, ForceRamp, Point, Record
 from ..experiment.result import Quantity
+from ..model.strings import ideal_open_hz
 from .cases import paper_guitar
 from .data import FigureData, Number
 from .spectra import amplitude_spectrum, db, highest_near
@@ -12,7 +13,7 @@ NUMBER = 5
 TITLE = "Motion at the bridge under E2"
 FORCE, DURATION, TOP_HZ = 5.0, 8.0, 1800.0  # N, s, Hz
 PANELS = ("rigid bridge", "one string on the body", "six strings on the body")
-_RESOLUTION_HZ = 2.0  # a Hann window of 8 s is 0.25 Hz wide at its feet; losses widen partials by less than 1 Hz
+_RESOLUTION_HZ = 1.0  # a Hann window of 8 s is 0.25 Hz wide at its feet; losses widen partials by less than 1 Hz
 _NEW_DB = 6.0  # so far above the spectrum of one string a peak must stand to count as new
 _ABOUT_DB = 15.0  # the paper reads a level from an axis of 200 dB
 _BODY_DB = 1.0  # so far above the curve on both sides a body mode must stand to count as a peak
@@ -93,7 +94,7 @@ def body_peaks(frequencies, amplitudes, partials, modes_hz):
     """Peaks within 2.5 % of body modes, apart from partials [Hz]: list of float."""
     found = []
     for hz in modes_hz:
-        near = (np.abs(frequencies - hz) < 0.025 * hz) & (_distance(frequencies, partials) > 2.0 * _RESOLUTION_HZ)
+        near = (np.abs(frequencies - hz) < 0.025 * hz) & (_distance(frequencies, partials) > 4.0 * _RESOLUTION_HZ)
         levels, at = db(amplitudes[near]), frequencies[near]
         k = 1 + np.flatnonzero((levels[1:-1] > levels[:-2]) & (levels[1:-1] >= levels[2:]))
         stands = [n for n in k if min(levels[n] - levels[:n].min(), levels[n] - levels[n:].min()) > _BODY_DB]
@@ -107,34 +108,45 @@ def coupling(case, one, six):
 
     ``one`` and ``six`` are the spectra (frequencies, amplitudes) with one string and with all.
     """
-    peaks = new_peaks(case.instrument.strings, one, six)
-    levels = db(np.array([level for _, _, level in peaks]) / np.max(six[1]))
-    name, hz, _ = peaks[int(np.argmax(levels))]
-    note = f"6 dB or more above the spectrum of one string, up to {TOP_HZ:g} Hz"
-    yield Number("six strings: new peaks", len(peaks), "", "new peaks, from the other strings", len(peaks) > 0, note)
-    middle, highest = float(np.median(levels)), float(np.max(levels))
-    note = f"re the strongest partial; lowest {np.min(levels):.0f} dB"
-    near = abs(middle + 100.0) < _ABOUT_DB
-    yield Number("six strings: median level of the new peaks", middle, "dB", "about -100", near, note)
-    near = abs(highest + 100.0) < _ABOUT_DB
-    yield Number("six strings: highest new peak", highest, "dB", "about -100", near, f"{name} at {hz:.1f} Hz")
+    at, levels = new_peaks(one, six)
+    note = f"{_NEW_DB:g} dB or more above the spectrum of one string, up to {TOP_HZ:g} Hz"
+    yield Number("six strings: new peaks", len(at), "", "new peaks, from the other strings", len(at) > 0, note)
+    paper, highest_mode = "about -100", max(case.instrument.body.frequencies_hz)
+    among = levels[at <= highest_mode]
+    for words, chosen in (("", levels), (" among the body modes", among)):
+        middle, note = (
+            float(np.median(chosen)),
+            f"re the strongest partial; lowest of {len(chosen)}: {min(chosen):.0f} dB",
+        )
+        near = abs(middle + 100.0) < _ABOUT_DB
+        yield Number(f"six strings: median level of new peaks{words}", middle, "dB", paper, near, note)
+    highest, hz = float(np.max(levels)), float(at[np.argmax(levels)])
+    near, note = abs(highest + 100.0) < _ABOUT_DB, f"at {hz:.1f} Hz, a partial of {_owner(case, hz)}"
+    yield Number("six strings: highest new peak", highest, "dB", paper, near, note)
 
 
-def new_peaks(strings, one, six):
-    """Peaks at partials of other strings: list of (string's name, frequency [Hz], amplitude [m])."""
-    frequencies, amplitudes = six
-    taken, found = partial_peaks(*one), []
-    for string in strings:
-        if string.name == "E2":
-            continue
-        for n in range(1, int(frequencies[-1] / (string.wave_speed / (2.0 * string.length))) + 1):
-            harmonic = n * string.wave_speed / (2.0 * string.length)
-            hz, level = highest_near(frequencies, amplitudes, harmonic * (1.0 + 0.003), 0.007 * harmonic)
-            clear = _distance(hz, taken) > 2.0 * _RESOLUTION_HZ
-            before = one[1][int(np.argmin(np.abs(frequencies - hz)))]
-            if clear and db(level / before) > _NEW_DB:
-                found.append((string.name, hz, level))
-    return found
+def new_peaks(one, six):
+    """Peaks that six strings have and one has not: frequencies [Hz] and levels re the strongest partial [dB]."""
+    frequencies, levels = six[0], db(six[1])
+    reach = int(_RESOLUTION_HZ / (frequencies[1] - frequencies[0]))
+    summit, before = (_highest_within(reach, some) for some in (levels, db(one[1])))
+    inner = slice(reach, len(levels) - reach)
+    is_new = (levels[inner] == summit) & (levels[inner] > before + _NEW_DB)
+    return frequencies[inner][is_new], levels[inner][is_new] - np.max(levels)
+
+
+def _highest_within(reach, values):
+    return np.lib.stride_tricks.sliding_window_view(values, 2 * reach + 1).max(axis=1)
+
+
+def _owner(case, hz):
+    """The string that has a harmonic nearest to ``hz`` (str)."""
+
+    def off(string):
+        fundamental = ideal_open_hz(string)
+        return abs(hz / (fundamental * max(1, round(hz / fundamental))) - 1.0)
+
+    return min(case.instrument.strings, key=off).name
 
 
 def _distance(frequencies, others):
