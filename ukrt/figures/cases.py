@@ -5,7 +5,6 @@ from dataclasses import replace
 from ..model.presets import load_preset
 
 FIFTH_FRET = 0.2509  # of L from the nut: Figs. 6 and 7
-FOURTH_FRET = 0.1857  # Figs. 9, 10 and 12
 
 
 def paper_guitar():
