@@ -59,7 +59,7 @@ def _rigid(results, spectra):
     motion = np.abs(results[0]["displacement"][:, 0])
     largest = float(np.max(motion[results[0].times <= 1.0]))
     what, paper = "rigid bridge: largest motion in the first second", "nil; drift below 2.0e-13"
-    note = f"rounding; it grows with time, to {np.max(motion):.2g} m in the end"
+    note = f"rounding; {np.max(motion):.2g} m in the whole run"
     yield Number(what, largest, "m", paper, largest < 2e-13, note)
     heard = spectra[0][0] > 20.0
     level = float(db(np.max(spectra[0][1][heard]) / np.max(spectra[1][1])))
@@ -70,7 +70,7 @@ def _rigid(results, spectra):
 def _one_string(case, frequencies, amplitudes):
     partials = partial_peaks(frequencies, amplitudes)
     first = float(partials[0])
-    note = "held at the bridge it would sound 82.59 Hz; the body, a spring below its first mode, lowers it"
+    note = "held at the bridge it would sound above 82.5 Hz; the body, a spring below its first mode, lowers it"
     yield Number("one string: first partial", first, "Hz", "82", round(first) == 82, note)
     spacing = float(np.polyfit(np.arange(1, len(partials) + 1), partials, 1)[0])
     near = abs(spacing / first - 1.0) < 0.02
