@@ -1,0 +1,77 @@
+"""The string of Figs. 9 to 12: E2 on a rigid bridge, held by a finger at x_F, plucked as in Fig. 5; a finger's contacts
+enter, a case leaves.
+
+The paper's text says x_F = 0.1857 L, but the lower panel of its Fig. 11 zooms on x = 0.16 to 0.20 m to show contacts over
+15 mm, and 0.1857 L is 0.1207 m. Read in metres the number lies in the panel and, with contacts from there towards the
+nut, in its middle (0.1707 to 0.1857 m); 0.1857 m is also 2 L / 7. So metres are what is drawn, and 0.1857 L is run beside.
+"""
+
+from dataclasses import replace
+
+from ..experiment.case import Case, ForceRamp, HeldString, Point, Record
+from ..model.contacts import held_by_finger
+from ..model.parameters import Contact, Finger
+from ..model.presets import load_preset
+
+STRING = "E2"
+LENGTH = 0.65  # m
+READINGS = {"0.1857 m": 0.1857 / LENGTH, "0.1857 L": 0.1857}
+CHOSEN, OTHER = READINGS
+MASS = 5e-3  # kg: the paper's m_F
+WIDTH = 0.015  # m: the paper's finger width
+PLUCK = 5.0  # N: of Fig. 5; with it Fig. 10's Y(t) fills the paper's axis of -2 to 4 mm at the plucked point
+RATE_HZ = 50e3  # kept samples, five times the basis
+
+
+def oscillator(stiffness, damping, offset=0.0):
+    """One flexible contact of the paper's mass (Contact); stiffness [N/m], damping [N s/m], offset [m]."""
+    return Contact(offset, MASS, damping, stiffness)
+
+
+def offsets(count, width=WIDTH):
+    """Offsets of ``count`` contacts over ``width`` [m], the first at the finger's place, the others towards the nut."""
+    return tuple(-width * k / max(count - 1, 1) for k in range(count))
+
+
+def stopped_case(name, contacts, place=READINGS[CHOSEN], duration=5.0, **changes):
+    """E2 alone on a rigid bridge, linear, held by ``contacts`` from the beginning, plucked at 0.9 L in Y.
+
+    Parameters
+    ----------
+    name : str
+    contacts : sequence of ukrt.model.parameters.Contact
+    place : float [L]
+        Of the first contact.
+    duration : float [s]
+    **changes
+        Other fields of the case.
+
+    Returns
+    -------
+    ukrt.experiment.case.Case
+    """
+    preset = load_preset("paper")
+    # No damping hand: a string takes five held points at most, and nobody damps here.
+    guitar = replace(preset, finger=Finger(tuple(contacts)), damper=replace(preset.damper, places=()))
+    case = Case(
+        name,
+        duration,
+        guitar,
+        strings=(STRING,),
+        bridge="rigid",
+        tension_modulation=False,
+        held=(HeldString(STRING, place),),
+        plucks=(ForceRamp(STRING, force_y=PLUCK),),
+        record=Record(rate_hz=RATE_HZ),
+    )
+    return replace(case, **changes)
+
+
+def recorded(places):
+    """A `Record` of Y at ``places`` [L] and of the bridge force."""
+    return Record(rate_hz=RATE_HZ, displacement=tuple(Point(STRING, place) for place in places))
+
+
+def contact_places(case):
+    """Where the contacts stand: tuple of float [m]."""
+    return tuple(p.place for p in held_by_finger(case.guitar.finger, case.held[0].place * LENGTH))
