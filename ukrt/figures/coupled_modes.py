@@ -1,5 +1,5 @@
-"""Modes of the coupled system from its eigenvalue problem, without stepping through time: a case enters; poles, shapes and
-how much of each the finger has leave. What the peaks of a computed spectrum are compared with."""
+"""Modes of the coupled system from its eigenvalue problem, without stepping through time: a case enters; poles, shapes
+and how much of each the finger has leave. What the peaks of a computed spectrum are compared with."""
 
 from dataclasses import dataclass
 

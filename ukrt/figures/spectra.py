@@ -10,7 +10,8 @@ def amplitude_spectrum(values, rate_hz, window="hann", pad=1):
     ----------
     values : ndarray (n,)
     rate_hz : float [Hz]
-    window : {"hann", "none"}
+    window : {"hann", "fade", "none"}
+        ``fade`` is the falling half of a Hann window: for a note that begins with the record and rings beyond its end.
     pad : int
         The record is made so many times longer with zeros, which interpolates the spectrum.
 
@@ -22,7 +23,8 @@ def amplitude_spectrum(values, rate_hz, window="hann", pad=1):
     """
     values = np.asarray(values, float)
     n = len(values)
-    weights = np.ones(n) if window == "none" else 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / n)
+    phase = {"hann": 2.0 * np.pi * np.arange(n) / n, "fade": np.pi * (1.0 + np.arange(n) / n)}
+    weights = np.ones(n) if window == "none" else 0.5 - 0.5 * np.cos(phase[window])
     amplitudes = 2.0 * np.abs(np.fft.rfft(values * weights, n * pad)) / np.sum(weights)
     return np.fft.rfftfreq(n * pad, 1.0 / rate_hz), amplitudes
 

@@ -1,17 +1,17 @@
 """The string of Figs. 9 to 12: E2 on a rigid bridge, held by a finger at x_F, plucked as in Fig. 5; a finger's contacts
 enter, a case leaves.
 
-The paper's text says x_F = 0.1857 L, but the lower panel of its Fig. 11 zooms on x = 0.16 to 0.20 m to show contacts over
-15 mm, and 0.1857 L is 0.1207 m. Read in metres the number lies in the panel and, with contacts from there towards the
-nut, in its middle (0.1707 to 0.1857 m); 0.1857 m is also 2 L / 7. So metres are what is drawn, and 0.1857 L is run beside.
+The paper's text says x_F = 0.1857 L, but the lower panel of its Fig. 11 zooms on x = 0.16 to 0.20 m to show contacts
+over 15 mm, and 0.1857 L is 0.1207 m. Read in metres the number lies in the panel and, with contacts from there towards
+the nut, in its middle (0.1707 to 0.1857 m); 0.1857 m is also 2 L / 7. So metres are drawn, and 0.1857 L is run beside.
 """
 
 from dataclasses import replace
 
 from ..experiment.case import Case, ForceRamp, HeldString, Point, Record
 from ..model.contacts import held_by_finger
-from ..model.parameters import Contact, Finger
-from ..model.presets import load_preset
+from ..model.parameters import Contact
+from .cases import paper_guitar, with_contacts
 
 STRING = "E2"
 LENGTH = 0.65  # m
@@ -50,13 +50,10 @@ def stopped_case(name, contacts, place=READINGS[CHOSEN], duration=5.0, **changes
     -------
     ukrt.experiment.case.Case
     """
-    preset = load_preset("paper")
-    # No damping hand: a string takes five held points at most, and nobody damps here.
-    guitar = replace(preset, finger=Finger(tuple(contacts)), damper=replace(preset.damper, places=()))
     case = Case(
         name,
         duration,
-        guitar,
+        with_contacts(paper_guitar(), *contacts),
         strings=(STRING,),
         bridge="rigid",
         tension_modulation=False,
