@@ -11,7 +11,7 @@ from ..units import ratio_to_cents
 from .coupled_modes import coupled_modes
 from .data import FigureData, Number
 from .spectra import amplitude_spectrum, db, highest_near
-from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, oscillator, stopped_case
+from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, oscillator, partials, stopped_case
 
 NUMBER = 9
 TITLE = "Spectra of the bridge force: the stiffness of the contact is varied (F = 1, c = 0)"
@@ -155,7 +155,7 @@ def _unwanted(group, place, at):
 def _passed_on(string, place, at):
     """What a point contact passes on whatever its stiffness, as a compliance in series with its own, negative.
 
-    At a point a stiff string yields less than a flexible one by sqrt(B/T) / 2T; the modes that are left out are missing.
+    Pushed at a point a stiff string yields less than a flexible one by sqrt(B/T) / 2T; modes left out yield nothing.
     """
     bending = np.sqrt(string.bending_stiffness / string.tension) / (2.0 * string.tension)
     cut = float(residual_compliance(string, BASIS_HZ, np.array([place * LENGTH]))[0][0, 0])
@@ -176,14 +176,9 @@ def _unwanted_level(one, place):
 
 def _detuning(one, rigid):
     """Cents by which the first partials differ from those with a rigid contact (PARTIALS,)."""
-    free = LENGTH - rigid.case.held[0].place * LENGTH
-    ideal = rigid.case.instrument.strings[0].wave_speed / (2.0 * free) * np.arange(1, PARTIALS + 1)
-    behind = rigid.modes.share_between(0.0, LENGTH - free)
-    cents = []
-    for hz in ideal:
-        near = np.abs(rigid.modes.frequencies / hz - 1.0) < 0.03
-        partial = int(np.argmin(np.where(near, behind, np.inf)))
-        alike = int(np.argmax(one.modes.likeness(rigid.modes)[:, partial]))
+    likeness, cents = one.modes.likeness(rigid.modes), []
+    for partial in partials(rigid.case, rigid.modes, PARTIALS):
+        alike = int(np.argmax(likeness[:, partial]))
         cents.append(ratio_to_cents(one.peak(alike)[0] / rigid.peak(partial)[0]))
     return np.array(cents)
 

@@ -5,9 +5,9 @@ import numpy as np
 from ..experiment.result import Quantity
 from .coupled_modes import coupled_modes
 from .data import FigureData, Number
-from .decay import decay_rate, time_to_fall
+from .decay import decay_rate, envelope_ripple, time_to_fall
 from .spectra import amplitude_spectrum, db, highest_near
-from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, oscillator, recorded, stopped_case
+from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, oscillator, partials, recorded, stopped_case
 
 NUMBER = 10
 TITLE = "Bridge force and motion of the string: the damping of the contact is varied (F = 1, k = 1e5 N/m)"
@@ -84,7 +84,7 @@ def _numbers(runs, spectra, modes, at):
         what = f"{at}width of the band in which modes decay at least twice as fast as with c = 0, c = {c:g} N s/m"
         wider = high - low > bands[0][1] - bands[0][0] if n else None
         numbers.append(Number(what, high - low, "Hz", PAPER_WIDER, wider, f"{low:.0f} to {high:.0f} Hz"))
-    numbers += [_measured(*pair, c, place, at) for *pair, c in zip(runs, damped, DAMPINGS, strict=True)]
+    numbers += [_measured(*pair, c, at) for *pair, c in zip(runs, damped, DAMPINGS, strict=True)]
     numbers += _levels(spectra, runs[0].case.instrument.strings[0].wave_speed, place, at)
     return numbers + _note(runs, at)
 
@@ -115,12 +115,9 @@ def _band(damped, undamped):
     return float(doubled.min()), float(doubled.max())
 
 
-def _measured(result, modes, damping, place, at):
+def _measured(result, modes, damping, at):
     """Decay of partial 4, below the oscillator's resonance, in the record and in the eigenvalue problem."""
-    string = result.case.instrument.strings[0]
-    hz = 4.0 * string.wave_speed / (2.0 * (1.0 - place) * LENGTH)
-    behind = modes.share_between(0.0, place * LENGTH)
-    partial = int(np.argmin(np.where(np.abs(modes.frequencies / hz - 1.0) < 0.03, behind, np.inf)))
+    partial = partials(result.case, modes, 4)[-1]
     settled = result.times > 0.05
     found = decay_rate(result["bridge_force"][settled, 0], result.rate_hz, modes.frequencies[partial])
     expected = -modes.poles[partial].real
@@ -141,7 +138,7 @@ def _levels(spectra, wave_speed, place, at):
     at_centre = change.pop(nearest)
     others = ", ".join(f"{n}: {value:+.1f}" for n, value in change.items())
     what = f"{at}change of level of partial {nearest}, at the resonance, from c = 1 to 10 N s/m"
-    note = "at resonance the contact is c alone: 1 is near the string's 2 sqrt(T mu) = 1.34 N s/m and takes most, 10 less"
+    note = "at resonance the contact is c alone: 1 is near the string's 2 sqrt(T mu) = 1.34 N s/m and takes the most"
     numbers = [Number(what, at_centre, "dB", PAPER_LOWER, bool(at_centre < 0.0), note)]
     what = f"{at}mean change of level of the two partials on either side"
     mean = float(np.mean(list(change.values())))
@@ -152,10 +149,10 @@ def _note(runs, at):
     """Decay and smoothness of the string's motion, and whether it fills the paper's axis."""
     numbers, motions = [], [one["displacement"][:, 0] for one in runs]
     decays = [time_to_fall(y, one.rate_hz, DECAY_DB) for y, one in zip(motions, runs, strict=True)]
-    swift = [_mean_frequency(y, one.rate_hz) for y, one in zip(motions, runs, strict=True)]
+    ripple = [envelope_ripple(y, one.rate_hz) for y, one in zip(motions, runs, strict=True)]
     for values, unit, words, note in (
         (decays, "s", f"time until Y has spent all but {-DECAY_DB:g} dB of its energy", ""),
-        (swift, "Hz", "rms velocity over 2 pi rms displacement", "the smoother the waveform, the lower"),
+        (ripple, "dB", "ripple of the envelope of Y", "rms about a smooth curve, 0.1 to 3 s"),
     ):
         for n, c in enumerate(DAMPINGS):
             agrees = values[1] < values[0] if n else None
@@ -165,8 +162,3 @@ def _note(runs, at):
         numbers.append(Number(f"{at}{words} Y at the plucked point", 1e3 * float(value), "mm", PAPER_AXIS, inside))
     return numbers
 
-
-def _mean_frequency(values, rate_hz):
-    """Rms of the derivative over rms, as a frequency [Hz]."""
-    slope = np.diff(values) * rate_hz
-    return float(np.sqrt(np.mean(slope**2) / np.mean(values**2)) / (2.0 * np.pi))

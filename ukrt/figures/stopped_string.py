@@ -8,6 +8,8 @@ the nut, in its middle (0.1707 to 0.1857 m); 0.1857 m is also 2 L / 7. So metres
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..experiment.case import Case, ForceRamp, HeldString, Point, Record
 from ..model.contacts import held_by_finger
 from ..model.parameters import Contact
@@ -72,3 +74,20 @@ def recorded(places):
 def contact_places(case):
     """Where the contacts stand: tuple of float [m]."""
     return tuple(p.place for p in held_by_finger(case.guitar.finger, case.held[0].place * LENGTH))
+
+
+def partials(case, modes, count):
+    """Numbers of the modes that are the first ``count`` partials of the length before the contacts (ndarray of int).
+
+    Near each multiple of c_T / 2l, the mode of which the least moves behind.
+
+    Parameters
+    ----------
+    case : ukrt.experiment.case.Case
+    modes : ukrt.figures.coupled_modes.CoupledModes
+    count : int
+    """
+    start = max(contact_places(case))
+    ideal = case.instrument.strings[0].wave_speed / (2.0 * (LENGTH - start)) * np.arange(1, count + 1)
+    near = np.abs(modes.frequencies / ideal[:, None] - 1.0) < 0.03
+    return np.argmin(np.where(near, modes.share_between(0.0, start), np.inf), axis=1)
