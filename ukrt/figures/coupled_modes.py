@@ -77,9 +77,8 @@ def coupled_modes(case):
     dense = dense_system(case.instrument, case.held_points(0.0))
     kept = [*dense.strings_y, dense.body, dense.fingers_y]
     rows = np.concatenate([np.arange(one.start, one.stop) for one in kept])
-    A, mass = dense.A[:, rows], dense.mass[rows]
-    _, singular, vt = np.linalg.svd(A / np.sqrt(mass))
-    free = vt[np.count_nonzero(singular > RANK * singular[0]) :].T / np.sqrt(mass)[:, None]  # free^T M free = 1
+    mass = dense.mass[rows]
+    free = free_coordinates(dense.A[:, rows], mass)
     stiffness = free.T @ (dense.stiffness[rows, None] * free)
     damping = free.T @ dense.damping[np.ix_(rows, rows)] @ free
     size = free.shape[1]
@@ -92,3 +91,20 @@ def coupled_modes(case):
     fingers = slice(len(rows) - (dense.fingers_y.stop - dense.fingers_y.start), len(rows))
     first = string_modes(case.instrument.strings[0], case.instrument.basis.bandwidth_hz)
     return CoupledModes(poles[order], amplitudes, mass, fingers, first)
+
+
+def free_coordinates(A, mass):
+    """A basis N of the motions that constraints leave free: A N = 0 and N^T M N = 1.
+
+    Parameters
+    ----------
+    A : ndarray (n_rows, n)
+        Rows may be nil or say the same twice.
+    mass : ndarray (n,) [kg]
+
+    Returns
+    -------
+    ndarray (n, n_free) [kg^-1/2]
+    """
+    _, singular, vt = np.linalg.svd(A / np.sqrt(mass))
+    return vt[np.count_nonzero(singular > RANK * singular[0]) :].T / np.sqrt(mass)[:, None]

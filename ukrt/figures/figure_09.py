@@ -11,7 +11,7 @@ from ..units import ratio_to_cents
 from .coupled_modes import coupled_modes
 from .data import FigureData, Number
 from .spectra import amplitude_spectrum, db, highest_near
-from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, oscillator, partials, stopped_case
+from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, at_reading, oscillator, partials, stopped_case
 
 NUMBER = 9
 TITLE = "Spectra of the bridge force: the stiffness of the contact is varied (F = 1, c = 0)"
@@ -44,7 +44,8 @@ class Spectrum:
     def peak(self, mode):
         """Frequency [Hz] and amplitude [N] found where mode number ``mode`` should be."""
         hz = self.modes.frequencies[mode]
-        return highest_near(self.frequencies, self.amplitudes, hz, NEAR_HZ + NEAR * hz)
+        within = max(NEAR_HZ + NEAR * hz, 1.01 * self.frequencies[1])
+        return highest_near(self.frequencies, self.amplitudes, hz, within)
 
 
 def make(run):
@@ -55,14 +56,15 @@ def make(run):
     wider = [_spectrum(run, k, READINGS[CHOSEN], WIDER_HZ) for k in (STIFFNESSES[-1], None)]
     for one, contact in zip(wider, (f"k = {STIFFNESSES[-1]:g} N/m", "rigid contact"), strict=True):
         _, level = _unwanted_level(one, READINGS[CHOSEN])
-        what = f"x_F = {CHOSEN}: the same with a basis up to {WIDER_HZ / 1e3:g} kHz, {contact}"
+        what = f"the same with a basis up to {WIDER_HZ / 1e3:g} kHz, {contact}"
         numbers.append(Number(what, level, "dB", "modes up to 10 kHz", None, "less leaks through a wider basis"))
     numbers += [_peak_at_fret(fret) for fret in (3, 4)]
     shown = spectra[CHOSEN][0].frequencies <= SHOWN_HZ
     arrays = {"frequency": Quantity(spectra[CHOSEN][0].frequencies[shown], "Hz")}
     columns = (*(f"k = {k:g} N/m" for k in STIFFNESSES), "rigid")
-    for reading, name in zip(READINGS, ("spectra", "spectra_other_reading"), strict=True):
-        arrays[name] = Quantity(np.array([one.amplitudes[shown] for one in spectra[reading]]).T, "N", columns)
+    for reading, group in spectra.items():
+        name = "spectra" if reading == CHOSEN else "spectra_other_reading"
+        arrays[name] = Quantity(np.array([one.amplitudes[shown] for one in group]).T, "N", columns)
     peaks = np.array([one.peak(one.own) for one in spectra[CHOSEN][:-1]])
     arrays["finger_frequency"], arrays["finger_amplitude"] = Quantity(peaks[:, 0], "Hz"), Quantity(peaks[:, 1], "N")
     return FigureData(arrays, tuple(numbers), cases=tuple(one.case for group in spectra.values() for one in group))
@@ -104,7 +106,7 @@ def _spectrum(run, stiffness, place, bandwidth_hz=BASIS_HZ):
 def _numbers(group, reading):
     """What the text says about Fig. 9, for one reading of x_F: the flexible contacts, then the rigid one."""
     *flexible, rigid = group
-    at = f"x_F = {reading}: "
+    at = at_reading(reading)
     numbers = [_peak(one, k, at) for one, k in zip(flexible, STIFFNESSES, strict=True)]
     for k, softer, stiffer in zip(STIFFNESSES, flexible, flexible[1:], strict=False):
         numbers.append(_change(softer, stiffer, k, at))
@@ -189,7 +191,7 @@ def _peak_at_fret(fret):
     modes = coupled_modes(_case(1e5, place))
     own = int(np.argmax(modes.finger_share))
     return Number(
-        f"x_F at fret {fret}, {place:.4f} L: the finger's own mode, k = 1e+05 N/m",
+        f"x_F = {place:.4f} L, fret {fret}: the finger's own mode, k = 1e+05 N/m",
         float(modes.frequencies[own]),
         "Hz",
         "the text's x_F lies between these frets",

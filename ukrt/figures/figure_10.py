@@ -7,7 +7,7 @@ from .coupled_modes import coupled_modes
 from .data import FigureData, Number
 from .decay import decay_rate, envelope_ripple, time_to_fall
 from .spectra import amplitude_spectrum, db, highest_near
-from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, oscillator, partials, recorded, stopped_case
+from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, at_reading, oscillator, partials, recorded, stopped_case
 
 NUMBER = 10
 TITLE = "Bridge force and motion of the string: the damping of the contact is varied (F = 1, k = 1e5 N/m)"
@@ -28,7 +28,7 @@ def make(run):
         runs = [_run(run, c, place, reading) for c in DAMPINGS]
         modes = [coupled_modes(_case(c, place, reading)) for c in (0.0, *DAMPINGS)]
         spectra = [amplitude_spectrum(one["bridge_force"][:, 0], one.rate_hz, "fade") for one in runs]
-        numbers += _numbers(runs, spectra, modes, f"x_F = {reading}: ")
+        numbers += _numbers(runs, spectra, modes, at_reading(reading))
         cases += [one.case for one in runs]
         if reading == CHOSEN:
             arrays = _arrays(runs, spectra)
@@ -161,4 +161,3 @@ def _note(runs, at):
         inside = bool(-2e-3 <= value <= 4e-3)
         numbers.append(Number(f"{at}{words} Y at the plucked point", 1e3 * float(value), "mm", PAPER_AXIS, inside))
     return numbers
-

@@ -9,7 +9,7 @@ from .decay import band, decay_rate, time_to_fall
 from .sounds import SOUND_HZ, normal_gain, resampled
 from .spectra import amplitude_spectrum, highest_near
 from .spectrogram import draw_spectrogram, spectrogram, top_of
-from .stopped_string import READINGS, offsets, oscillator, partials, stopped_case
+from .stopped_string import READINGS, at_reading, offsets, oscillator, partials, stopped_case
 
 NUMBER = 12
 TITLE = "Spectrograms of the bridge force: a stiff contact and soft ones behind it"
@@ -34,7 +34,7 @@ def make(run):
     for reading, place in READINGS.items():
         results = [run(_case(count, place)) for count in (1, *COUNTS)]
         forces = [resampled(one["bridge_force"][:, 0], one.rate_hz) for one in results]
-        numbers += _numbers(results, forces, f"x_F = {reading}: ")
+        numbers += _numbers(results, forces, at_reading(reading))
         cases += [one.case for one in results]
         shown = shown or forces[1:]
     pictures = [spectrogram(force, SOUND_HZ) for force in shown]
@@ -55,8 +55,9 @@ def draw(data, figure):
     figure.set_size_inches(6.3, 6.0)
     panels = figure.subplots(2, sharex=True, sharey=True)
     levels = [data.arrays[f"level_{count}_contacts"].values for count in COUNTS]
+    axes, top = (data.arrays["time"].values, data.arrays["frequency"].values), top_of(*levels)
     for panel, count, one in zip(panels, COUNTS, levels, strict=True):
-        image = draw_spectrogram(panel, data.arrays["time"].values, data.arrays["frequency"].values, one, top_of(*levels))
+        image = draw_spectrogram(panel, *axes, one, top)
         mark(panel, f"$F$ = {count}")
     panels[-1].set_xlabel("Time [s]")
     figure.colorbar(image, ax=panels, label="bridge force [dB re 1 N]", pad=0.02)

@@ -25,6 +25,11 @@ PLUCK = 5.0  # N: of Fig. 5; with it Fig. 10's Y(t) fills the paper's axis of -2
 RATE_HZ = 50e3  # kept samples, five times the basis
 
 
+def at_reading(reading):
+    """What a number of the other reading of x_F is marked with (str); those of the chosen one stand as they are."""
+    return "" if reading == CHOSEN else f"x_F = {reading}: "
+
+
 def oscillator(stiffness, damping, offset=0.0):
     """One flexible contact of the paper's mass (Contact); stiffness [N/m], damping [N s/m], offset [m]."""
     return Contact(offset, MASS, damping, stiffness)
