@@ -60,36 +60,43 @@ class CoupledModes:
         return np.abs(a.conj().T @ b) ** 2 / lengths
 
 
-def coupled_modes(case):
+def coupled_modes(case, bandwidth_hz=None):
     """Modes of a case's system as it stands at the beginning, motion in Y.
 
     With N a basis of the null space of A (Eq. 46) and q = N z, M q'' + C q' + K q = 0 becomes an eigenvalue problem
-    without constraints.
+    without constraints; first without C, then with C in the modes found, all those below the guitar's own bandwidth.
 
     Parameters
     ----------
     case : ukrt.experiment.case.Case
+    bandwidth_hz : float, optional
+        Of the strings' basis; by default the guitar's. A wide one stands for the continuous string.
 
     Returns
     -------
     CoupledModes
     """
-    dense = dense_system(case.instrument, case.held_points(0.0))
+    own_hz = case.instrument.basis.bandwidth_hz
+    dense = dense_system(case.instrument, case.held_points(0.0), bandwidth_hz)
     kept = [*dense.strings_y, dense.body, dense.fingers_y]
     rows = np.concatenate([np.arange(one.start, one.stop) for one in kept])
     mass = dense.mass[rows]
     free = free_coordinates(dense.A[:, rows], mass)
-    stiffness = free.T @ (dense.stiffness[rows, None] * free)
+    square, shapes = np.linalg.eigh(free.T @ (dense.stiffness[rows, None] * free))
+    if bandwidth_hz and bandwidth_hz > own_hz:
+        low = square <= (2.0 * np.pi * own_hz) ** 2
+        square, shapes = square[low], shapes[:, low]
+    free = free @ shapes
     damping = free.T @ dense.damping[np.ix_(rows, rows)] @ free
     size = free.shape[1]
-    state = np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]])
+    state = np.block([[np.zeros((size, size)), np.eye(size)], [-np.diag(square), -damping]])
     poles, vectors = np.linalg.eig(state)
     order = np.argsort(poles.imag)
     order = order[poles.imag[order] > 0.0]
     amplitudes = free @ vectors[:size, order]
     amplitudes /= np.sqrt(mass @ np.abs(amplitudes) ** 2)
     fingers = slice(len(rows) - (dense.fingers_y.stop - dense.fingers_y.start), len(rows))
-    first = string_modes(case.instrument.strings[0], case.instrument.basis.bandwidth_hz)
+    first = string_modes(case.instrument.strings[0], bandwidth_hz or own_hz)
     return CoupledModes(poles[order], amplitudes, mass, fingers, first)
 
 

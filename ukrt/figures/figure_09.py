@@ -11,7 +11,7 @@ from ..units import ratio_to_cents
 from .coupled_modes import coupled_modes
 from .data import FigureData, Number
 from .spectra import amplitude_spectrum, db, highest_near
-from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, at_reading, oscillator, partials, stopped_case
+from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, at_reading, modes_for, oscillator, partials, stopped_case
 
 NUMBER = 9
 TITLE = "Spectra of the bridge force: the stiffness of the contact is varied (F = 1, c = 0)"
@@ -100,7 +100,7 @@ def _spectrum(run, stiffness, place, bandwidth_hz=BASIS_HZ):
     case = replace(case, guitar=replace(case.guitar, basis=Basis(bandwidth_hz)))
     result = run(case)
     spectrum = amplitude_spectrum(result["bridge_force"][:, 0], result.rate_hz)
-    return Spectrum(case, *spectrum, coupled_modes(case))
+    return Spectrum(case, *spectrum, modes_for(run, case))
 
 
 def _numbers(group, reading):

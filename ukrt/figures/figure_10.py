@@ -3,11 +3,21 @@
 import numpy as np
 
 from ..experiment.result import Quantity
-from .coupled_modes import coupled_modes
 from .data import FigureData, Number
 from .decay import decay_rate, envelope_ripple, time_to_fall
 from .spectra import amplitude_spectrum, db, highest_near
-from .stopped_string import CHOSEN, LENGTH, MASS, READINGS, at_reading, oscillator, partials, recorded, stopped_case
+from .stopped_string import (
+    CHOSEN,
+    LENGTH,
+    MASS,
+    READINGS,
+    at_reading,
+    modes_for,
+    oscillator,
+    partials,
+    recorded,
+    stopped_case,
+)
 
 NUMBER = 10
 TITLE = "Bridge force and motion of the string: the damping of the contact is varied (F = 1, k = 1e5 N/m)"
@@ -25,8 +35,8 @@ PAPER_AXIS = "axis of Fig. 10, -2 to 4 mm"
 def make(run):
     numbers, arrays, cases = [], {}, []
     for reading, place in READINGS.items():
-        runs = [_run(run, c, place, reading) for c in DAMPINGS]
-        modes = [coupled_modes(_case(c, place, reading)) for c in (0.0, *DAMPINGS)]
+        runs = [run(_case(c, place, reading)) for c in DAMPINGS]
+        modes = [modes_for(run, _case(c, place, reading)) for c in (0.0, *DAMPINGS)]
         spectra = [amplitude_spectrum(one["bridge_force"][:, 0], one.rate_hz, "fade") for one in runs]
         numbers += _numbers(runs, spectra, modes, at_reading(reading))
         cases += [one.case for one in runs]
@@ -56,10 +66,6 @@ def draw(data, figure):
 def _case(damping, place, reading):
     name = f"one contact of {damping:g} N s/m at {reading}"
     return stopped_case(name, [oscillator(STIFFNESS, damping)], place, record=recorded([PICK_UP]))
-
-
-def _run(run, damping, place, reading):
-    return run(_case(damping, place, reading))
 
 
 def _arrays(runs, spectra):

@@ -14,6 +14,7 @@ from ..experiment.case import Case, ForceRamp, HeldString, Point, Record
 from ..model.contacts import held_by_finger
 from ..model.parameters import Contact
 from .cases import paper_guitar, with_contacts
+from .coupled_modes import coupled_modes
 
 STRING = "E2"
 LENGTH = 0.65  # m
@@ -22,6 +23,7 @@ CHOSEN, OTHER = READINGS
 MASS = 5e-3  # kg: the paper's m_F
 WIDTH = 0.015  # m: the paper's finger width
 PLUCK = 5.0  # N: of Fig. 5; with it Fig. 10's Y(t) fills the paper's axis of -2 to 4 mm at the plucked point
+CONTINUOUS_HZ = 80e3  # a basis that resolves 0.7 mm
 RATE_HZ = 50e3  # kept samples, five times the basis
 
 
@@ -79,6 +81,12 @@ def recorded(places):
 def contact_places(case):
     """Where the contacts stand: tuple of float [m]."""
     return tuple(p.place for p in held_by_finger(case.guitar.finger, case.held[0].place * LENGTH))
+
+
+def modes_for(run, case):
+    """Coupled modes of what a solver computes: of the basis as it is or, for the engine, which adds what a basis leaves
+    out, of one so wide that little is missing."""
+    return coupled_modes(case, None if run.solver == "reference" else CONTINUOUS_HZ)
 
 
 def partials(case, modes, count):
