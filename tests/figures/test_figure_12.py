@@ -18,6 +18,6 @@ def test_the_figure_is_whole_and_five_contacts_damp_more_than_three(monkeypatch)
     data = figure_12.make(short(1.0))
     check_whole(figure_12, data)
     assert set(data.sounds) == {"figure_12_3_contacts", "figure_12_5_contacts"}
-    three, five = (number_called(data, "decay rate of partial 7", f"F = {count}") for count in (3, 5))
+    three, five = (number_called(data, f"decay rate of partial 7, F = {count}") for count in (3, 5))
     assert five.value > 5 * three.value
     assert all(number_called(data, "tuning", f"F = {count}").agrees for count in (3, 5))
