@@ -71,7 +71,7 @@ def make(run):
 
 
 def draw(data, figure):
-    from .style import BLUE, RED, mark
+    from .style import BLUE, RED
 
     figure.set_size_inches(6.3, 6.6)
     frequency, spectra = data.arrays["frequency"].values, data.arrays["spectra"].values
@@ -79,10 +79,10 @@ def draw(data, figure):
     panels = figure.subplots(len(STIFFNESSES), sharex=True, sharey=True)
     for n, (panel, stiffness) in enumerate(zip(panels, STIFFNESSES, strict=True)):
         panel.semilogy(frequency, spectra[:, n], color=BLUE)
-        panel.plot(found[n], 1.8 * height[n], "v", color=RED, markersize=5)
+        label = f"the finger's own peak, {found[n]:.0f} Hz"
+        panel.plot(found[n], 1.8 * height[n], "v", color=RED, markersize=5, label=label)
         panel.set_ylabel("$|F_{SB}(f)|$ [N]")
-        exponent = int(np.log10(stiffness))
-        mark(panel, f"$k_f = 10^{exponent}$ N/m\n$\\blacktriangledown$ the finger's own peak: {found[n]:.0f} Hz")
+        panel.legend(loc="upper right", title=f"$k_f = 10^{int(np.log10(stiffness))}$ N/m", title_fontsize=8.0)
     panels[0].set_xlim(0.0, SHOWN_HZ)
     panels[0].set_ylim(1e-8, 5.0)
     panels[-1].set_xlabel("Frequency [Hz]")
@@ -149,7 +149,7 @@ def _unwanted(group, place, at):
         contact = "rigid contact" if n == len(STIFFNESSES) else f"k = {STIFFNESSES[n]:g} N/m"
         note, agrees = f"found at {hz:.1f} Hz", level < levels[n - 1][1] if 0 < n < len(STIFFNESSES) else None
         if agrees is False:
-            note += "; through a contact this stiff, bending and the cut basis pass more than its compliance does"
+            note += "; past so stiff a contact, bending and a cut basis let more through than its compliance does"
         numbers.append(Number(f"{words}, {contact}", level, "dB", PAPER_UNWANTED, agrees, note))
     return [*numbers, _passed_on(group[0].case.instrument.strings[0], place, at)]
 

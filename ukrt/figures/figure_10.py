@@ -25,7 +25,7 @@ STIFFNESS = 1e5  # N/m
 DAMPINGS = (1.0, 10.0)  # N s/m
 SHOWN_HZ = 5000.0
 PICK_UP = 0.9  # L: the paper does not say where; at the plucked point 5 N fills its axis, -2 to 4 mm
-DECAY_DB = 10.0  # within the five seconds for every c
+DECAY_DB = 10.0  # 90 % of the energy: within the five seconds for every c
 PAPER_WIDER = "the frequency region affected becomes wider (Sec. IV B 2)"
 PAPER_LOWER = "the amplitude of the coupled modes close to the oscillator's resonance decreases (Sec. IV B 2)"
 PAPER_SHORT = "the envelope becomes smoother and has a shorter decay (Sec. IV B 2)"
@@ -157,7 +157,7 @@ def _note(runs, at):
     decays = [time_to_fall(y, one.rate_hz, DECAY_DB) for y, one in zip(motions, runs, strict=True)]
     ripple = [envelope_ripple(y, one.rate_hz) for y, one in zip(motions, runs, strict=True)]
     for values, unit, words, note in (
-        (decays, "s", f"time until Y has spent all but {-DECAY_DB:g} dB of its energy", ""),
+        (decays, "s", "time until Y has spent 90 % of its energy", ""),
         (ripple, "dB", "ripple of the envelope of Y", "rms about a smooth curve, 0.1 to 3 s"),
     ):
         for n, c in enumerate(DAMPINGS):

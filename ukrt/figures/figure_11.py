@@ -69,8 +69,8 @@ def draw(data, figure):
         for x in data.arrays["contact_places"].values:
             panel.axvline(x, color="0.3", ls=":", lw=0.7, zorder=0)
         panel.set(xlabel="$x$ [m]", ylabel="STD($Y(t)$) [m]")
-    upper.set(xlim=(0.0, LENGTH), ylim=(1e-7, 1e-2))
-    lower.set(xlim=ZOOM, ylim=(1e-8, 1e-3))
+    upper.set(xlim=(0.0, LENGTH), ylim=(1e-8, 1e-2))
+    lower.set(xlim=ZOOM, ylim=(1e-9, 1e-3))
     upper.legend(loc="lower right", ncols=2)
 
 

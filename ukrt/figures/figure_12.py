@@ -19,7 +19,7 @@ COUNTS = (3, 5)
 FIRST = (1e6, 1.0)  # k [N/m] and c [N s/m] of the contact at x_F
 SOFT = (1e4, 10.0)  # of the others
 DURATION = 4.0  # s
-FALL_DB = 20.0
+FALL_DB = 20.0  # 99 % of the energy is spent
 PARTIALS = (1, 7)  # whose decay is measured
 BANDS_HZ = ((0.0, 600.0), (600.0, 1500.0), (1500.0, 5000.0))
 PAPER_PRECISE = "a first stiff contact ensures a precise tuning (Sec. IV B 2)"
@@ -119,7 +119,7 @@ def _band_times(forces, at):
     for low, high in BANDS_HZ:
         times = [time_to_fall(band(force, SOUND_HZ, low, high), SOUND_HZ, FALL_DB) for force in forces]
         for count, seconds in zip(COUNTS, times[1:], strict=True):
-            what = f"{at}{low:g}-{high:g} Hz: time until all but -{FALL_DB:g} dB of the energy is spent, F = {count}"
+            what = f"{at}{low:g}-{high:g} Hz: time until 99 % of the energy is spent, F = {count}"
             note = f"rigid contact {times[0]:.2f} s"
             numbers.append(Number(what, seconds, "s", PAPER_CONTROL, bool(seconds < times[0]), note))
     return numbers
