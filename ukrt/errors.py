@@ -52,6 +52,10 @@ class ImpulseResponseError(UkrtError):
     """An impulse response cannot be found, read or used."""
 
 
+class MeasurementError(UkrtError):
+    """A measurement cannot be read, or nothing can be learned from it."""
+
+
 class DeviceError(UkrtError):
     """A sound card or a MIDI port cannot be used."""
 

@@ -1,0 +1,211 @@
+"""From responses of the bridge to the modes of the body: a `Measurement` enters, an `Identification` leaves.
+
+Realization over rising order, tracks of stable poles, strengths by least squares, real shapes: `README.md` says why.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from ..errors import MeasurementError
+from ..model.parameters import Body
+from .quality import body_responses, lateness, misfits, phase_deviation
+from .realization import LEAST_OVERSAMPLING, free_decays, markov_parameters, realize
+from .residues import Band, fit_phases, fit_strengths, make_band
+from .shapes import real_shapes, what_is_assumed
+from .stabilization import distinct, stable_tracks, track_poles
+
+LEAST_PERIODS = 8  # of the lowest frequency that a record must hold
+ORDERS = 40  # in the sweep
+MODES_PER_HZ = 1.0 / 25.0  # of the largest order: twice what a guitar has below 1 kHz
+LEAST_MODES, MOST_MODES = 40, 150  # of the largest order
+SIGNIFICANCE = 5.0  # standard errors that a mode's strength must reach in one path at least
+LIMIT = 64  # modes of a Body
+SPREAD_ORDERS = 12  # of the sweep, the highest, that the uncertainties are taken from
+
+
+@dataclasses.dataclass(frozen=True)
+class Identification:
+    """Modes of the body and how far they can be trusted.
+
+    Attributes
+    ----------
+    frequencies_hz, damping_ratios, modal_masses : ndarray (n,) [Hz, 1, kg]
+    shapes : ndarray (n, 2) [1]
+        At the bass and at the treble end.
+    spreads : dict of str to ndarray
+        Standard deviation over model orders of each of the four above, under its name.
+    complexity_deg : ndarray (n,) [degrees]
+        Mean phase deviation from a real mode, weighted by strength.
+    fits : dict of str to float
+        Per path the part of the band's response that the body's modes alone leave unexplained, in dB.
+    fits_with_rest : dict of str to float
+        The same when what lies outside the band is fitted, too.
+    notes : tuple of str
+        Sentences on what was assumed or looks wrong.
+    sweep, tracks : list of Poles, list of Track
+        What the stabilisation diagram shows.
+    band : Band
+        What was fitted.
+    """
+
+    frequencies_hz: np.ndarray
+    damping_ratios: np.ndarray
+    modal_masses: np.ndarray
+    shapes: np.ndarray
+    spreads: dict
+    complexity_deg: np.ndarray
+    fits: dict
+    fits_with_rest: dict
+    notes: tuple
+    sweep: list
+    tracks: list
+    band: Band
+    paths: tuple
+
+    def body(self):
+        """The modes as the model's `Body`, at six digits.
+
+        Raises
+        ------
+        ParameterError
+            A mode is beyond what a body may have.
+        """
+        columns = self.frequencies_hz, self.damping_ratios, self.modal_masses, *self.shapes.T
+        return Body(*(tuple(float(f"{value:.6g}") for value in column) for column in columns))
+
+
+def identify(measurement, max_hz=1000.0, min_hz=40.0, modes=None, delay=0.0):
+    """Identify the modes of a body.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    max_hz, min_hz : float [Hz]
+        Modes between these.
+    modes : int, optional
+        How many, the strongest; otherwise all that are stable and stand out of the noise.
+    delay : float [s]
+        By which the responses come late.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    MeasurementError
+        The record is too short or its rate too low, no mode is stable, fewer are than were asked for.
+    """
+    _check(measurement, max_hz, min_hz, delay)
+    sweep = _sweep(measurement, max_hz, delay)
+    tracks = track_poles(sweep)
+    band = make_band(measurement, min_hz, max_hz, delay)
+    stable = stable_tracks(tracks, len(sweep))
+    if modes is not None and sum(min_hz <= one.frequency_hz <= max_hz for one in stable) < modes:
+        stable = distinct([one for one in tracks if len(one.orders) > 1])
+    chosen, beside = _choose(stable, band, measurement.paths, min_hz, max_hz, modes)
+    return _result(measurement.paths, band, sweep, tracks, chosen, beside)
+
+
+def _sweep(measurement, max_hz, delay):
+    """Poles over rising order (list of Poles)."""
+    decays, rate = free_decays(measurement, max_hz, delay)
+    markov = markov_parameters(decays, measurement.paths)
+    largest = int(np.clip(max_hz * MODES_PER_HZ, LEAST_MODES, MOST_MODES))
+    largest = min(largest, len(markov) // 8)  # the Hankel matrix must stay far larger than the order
+    step = -(-largest // ORDERS)
+    return realize(markov, rate, [2 * n for n in range(step, largest + 1, step)])
+
+
+def _check(measurement, max_hz, min_hz, delay):
+    where = measurement.sources[0] if measurement.sources else "the measurement"
+    rate, seconds = measurement.sample_rate, measurement.seconds - delay
+    if not min_hz < max_hz:
+        raise MeasurementError(f"modes from {min_hz:g} to {max_hz:g} Hz are none: the highest frequency must be larger")
+    if rate < LEAST_OVERSAMPLING * max_hz:
+        what = f"an admittance up to {rate / 2:g} Hz" if measurement.periodic else f"a sample rate of {rate:g} Hz"
+        raise MeasurementError(
+            f"{where} has {what}, which serves modes up to {rate / LEAST_OVERSAMPLING:.0f} Hz, but {max_hz:g} Hz were "
+            "asked for: lower --max-hz"
+        )
+    if seconds * min_hz < LEAST_PERIODS:
+        raise MeasurementError(
+            f"{where} lasts {seconds:.3g} s after its beginning, but modes from {min_hz:g} Hz on need "
+            f"{LEAST_PERIODS / min_hz:.3g} s: record longer, or raise --min-hz"
+        )
+
+
+def _choose(tracks, band, paths, min_hz, max_hz, modes):
+    """Tracks of the modes, and tracks beside the band, which share in the fit but are not modes of the result.
+
+    Weak ones leave one by one, the weakest first, since each one's strength depends on the others.
+    """
+    inside = [one for one in tracks if min_hz <= one.frequency_hz <= max_hz]
+    beside = [one for one in tracks if one.frequency_hz > max_hz]
+    while inside:
+        found = fit_strengths(band, np.array([one.median for one in inside + beside]))
+        values, errors = found.values[: len(inside)], found.errors[: len(inside)]
+        certainty = np.max(np.abs(values) / errors, axis=1)
+        certainty[~np.isfinite(real_shapes(values, paths).masses)] = 0.0
+        weakest = int(np.argmin(certainty))
+        if certainty[weakest] >= SIGNIFICANCE and len(inside) <= LIMIT:
+            break
+        del inside[weakest]
+    if not inside:
+        raise MeasurementError(
+            f"no mode from {min_hz:g} to {max_hz:g} Hz is stable over the model orders: the response is noise, or its unit "
+            "has the wrong sign (then use a negative --scale)"
+        )
+    if modes is not None:
+        if len(inside) < modes:
+            raise MeasurementError(
+                f"{modes} modes were asked for, but only {len(inside)} from {min_hz:g} to {max_hz:g} Hz stand out: lower --modes"
+            )
+        energy = np.max(np.abs(values) ** 2, axis=1) / np.array([-one.median.real for one in inside])
+        inside = [inside[n] for n in sorted(np.argsort(-energy)[:modes])]
+    return inside, beside
+
+
+def _result(paths, band, sweep, tracks, chosen, beside):
+    poles = np.array([one.median for one in chosen + beside])
+    n = len(chosen)
+    found = fit_strengths(band, poles)
+    made = real_shapes(found.values[:n], paths)
+    complex_strengths = fit_phases(band, poles)[:n]
+    alone = body_responses(band, poles[:n], made, paths)
+    return Identification(
+        frequencies_hz=np.abs(poles[:n]) / (2.0 * np.pi),
+        damping_ratios=-poles[:n].real / np.abs(poles[:n]),
+        modal_masses=made.masses,
+        shapes=made.ends,
+        spreads=_spreads(band, sweep, chosen, beside, paths),
+        complexity_deg=phase_deviation(complex_strengths),
+        fits=misfits(band, alone, paths),
+        fits_with_rest=misfits(band, found.fitted, paths),
+        notes=tuple(filter(None, (what_is_assumed(paths), _late(lateness(complex_strengths, poles[:n], paths))))),
+        sweep=sweep,
+        tracks=tracks,
+        band=band,
+        paths=paths,
+    )
+
+
+def _late(seconds):
+    if seconds == 0.0:
+        return None
+    return f"the responses seem to come {1e3 * seconds:.3g} ms late; if they do, repeat with --delay {1e3 * seconds:.3g}"
+
+
+def _spreads(band, sweep, chosen, beside, paths):
+    """Standard deviations over the highest orders, robust (half of what lies between the 16th and 84th per cent)."""
+    rows = []
+    for order in range(max(len(sweep) - SPREAD_ORDERS, 0), len(sweep)):
+        poles = np.array([one.at(order) for one in chosen + beside])
+        made = real_shapes(fit_strengths(band, poles).values[: len(chosen)], paths)
+        own = poles[: len(chosen)]
+        rows.append(np.stack([np.abs(own) / (2.0 * np.pi), -own.real / np.abs(own), made.masses, *made.ends.T], axis=1))
+    low, high = np.nanpercentile(rows, (15.87, 84.13), axis=0)
+    half = (high - low) / 2.0
+    names = ("frequencies_hz", "damping_ratios", "modal_masses")
+    return {name: half[:, n] for n, name in enumerate(names)} | {"shapes": half[:, 3:]}
