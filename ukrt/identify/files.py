@@ -16,7 +16,7 @@ from .tables import read_csv, read_mat
 
 AUDIO, TEXT, MATLAB = (".wav", ".flac"), (".csv", ".txt", ".tsv"), (".mat",)
 UNEVEN = 0.01  # of a step: what rounding in a text file may do to equal steps
-SOFT_EDGE = 0.1  # of the band, tapered at its upper edge, lest a sharp one rings through the impulse response
+SOFT_EDGE = 0.09  # of the band, tapered at its upper edge, lest a sharp one rings; above `LEAST_OVERSAMPLING`
 FULL_SCALE = 0.9999
 
 

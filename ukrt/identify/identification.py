@@ -12,7 +12,7 @@ from ..model.parameters import Body
 from .quality import body_responses, lateness, misfits, phase_deviation
 from .realization import LEAST_OVERSAMPLING, free_decays, markov_parameters, realize
 from .residues import Band, fit_phases, fit_strengths, make_band
-from .shapes import real_shapes, what_is_assumed
+from .shapes import Shapes, real_shapes, what_is_assumed
 from .stabilization import distinct, stable_tracks, track_poles
 
 LEAST_PERIODS = 8  # of the lowest frequency that a record must hold
@@ -43,10 +43,13 @@ class Identification:
         The same when what lies outside the band is fitted, too.
     notes : tuple of str
         Sentences on what was assumed or looks wrong.
-    sweep, tracks : list of Poles, list of Track
-        What the stabilisation diagram shows.
+    sweep : list of Poles
+        By rising order.
+    modes : list of Track
+        How each mode went through the orders.
     band : Band
         What was fitted.
+    paths : tuple of str
     """
 
     frequencies_hz: np.ndarray
@@ -59,9 +62,15 @@ class Identification:
     fits_with_rest: dict
     notes: tuple
     sweep: list
-    tracks: list
+    modes: list
     band: Band
     paths: tuple
+
+    def responses(self):
+        """Transfer functions in the band of a body with these modes alone: ndarray (m, k) complex."""
+        omega, zeta = 2.0 * np.pi * self.frequencies_hz, self.damping_ratios
+        poles = omega * (-zeta + 1j * np.sqrt(1.0 - zeta**2))
+        return body_responses(self.band, poles, Shapes(self.modal_masses, self.shapes), self.paths)
 
     def body(self):
         """The modes as the model's `Body`, at six digits.
@@ -105,7 +114,7 @@ def identify(measurement, max_hz=1000.0, min_hz=40.0, modes=None, delay=0.0):
     if modes is not None and sum(min_hz <= one.frequency_hz <= max_hz for one in stable) < modes:
         stable = distinct([one for one in tracks if len(one.orders) > 1])
     chosen, beside = _choose(stable, band, measurement.paths, min_hz, max_hz, modes)
-    return _result(measurement.paths, band, sweep, tracks, chosen, beside)
+    return _result(measurement.paths, band, sweep, chosen, beside)
 
 
 def _sweep(measurement, max_hz, delay):
@@ -154,20 +163,23 @@ def _choose(tracks, band, paths, min_hz, max_hz, modes):
         del inside[weakest]
     if not inside:
         raise MeasurementError(
-            f"no mode from {min_hz:g} to {max_hz:g} Hz is stable over the model orders: the response is noise, or its unit "
-            "has the wrong sign (then use a negative --scale)"
+            f"no mode from {min_hz:g} to {max_hz:g} Hz is stable over the model orders and moves with the force: this is "
+            "noise, or it has the wrong sign (a negative --scale), or begins late (--delay)"
         )
-    if modes is not None:
-        if len(inside) < modes:
-            raise MeasurementError(
-                f"{modes} modes were asked for, but only {len(inside)} from {min_hz:g} to {max_hz:g} Hz stand out: lower --modes"
-            )
-        energy = np.max(np.abs(values) ** 2, axis=1) / np.array([-one.median.real for one in inside])
-        inside = [inside[n] for n in sorted(np.argsort(-energy)[:modes])]
-    return inside, beside
+    if modes is None:
+        return inside, beside
+    if len(inside) < modes:
+        raise MeasurementError(
+            f"{modes} modes were asked for, but only {len(inside)} from {min_hz:g} to {max_hz:g} Hz stand out: lower "
+            "--modes"
+        )
+    energy = np.max(np.abs(values) ** 2, axis=1) / np.array([-one.median.real for one in inside])
+    strongest = set(np.argsort(-energy)[:modes].tolist())
+    beside += [one for n, one in enumerate(inside) if n not in strongest]
+    return [one for n, one in enumerate(inside) if n in strongest], beside
 
 
-def _result(paths, band, sweep, tracks, chosen, beside):
+def _result(paths, band, sweep, chosen, beside):
     poles = np.array([one.median for one in chosen + beside])
     n = len(chosen)
     found = fit_strengths(band, poles)
@@ -185,7 +197,7 @@ def _result(paths, band, sweep, tracks, chosen, beside):
         fits_with_rest=misfits(band, found.fitted, paths),
         notes=tuple(filter(None, (what_is_assumed(paths), _late(lateness(complex_strengths, poles[:n], paths))))),
         sweep=sweep,
-        tracks=tracks,
+        modes=chosen,
         band=band,
         paths=paths,
     )

@@ -69,7 +69,8 @@ def _scaled(bass, cross, treble):
     """Shapes over the root of the mass, phi / sqrt(m): ndarray (n, 2), NaN where a driving point is not positive."""
     if bass is not None and treble is not None and cross is not None:
         values, vectors = np.linalg.eigh(np.stack([bass, cross, cross, treble], axis=1).reshape(-1, 2, 2))
-        return vectors[:, :, -1] * np.sqrt(values[:, -1:])
+        positive = np.where(values[:, -1] > -values[:, 0], values[:, -1], np.nan)
+        return vectors[:, :, -1] * np.sqrt(positive)[:, None]
     if cross is None:
         bass, treble = (treble if bass is None else bass), (bass if treble is None else treble)
         return np.sqrt(np.stack([bass, treble], axis=1))
