@@ -1,4 +1,4 @@
-"""Reports as files: a dict enters, a JSON file leaves, whole or not at all."""
+"""Reports and other small files: a dict or bytes enter, a file leaves, whole or not at all."""
 
 import json
 import os
@@ -7,21 +7,26 @@ import pathlib
 from .common import UsageError
 
 
-def check_report_path(path):
-    """Where the report goes (Path), refused before anything is computed if it cannot be written there."""
+def check_report_path(path, option="--report"):
+    """Where a file that ``option`` names goes (Path), refused before anything is computed if it cannot be there."""
     path = pathlib.Path(path)
     if path.is_dir() or not path.absolute().parent.is_dir():
-        raise UsageError(f"--report {path}: is a folder or in none that exists, a file name is needed")
+        raise UsageError(f"{option} {path}: is a folder or in none that exists, a file name is needed")
     return path
 
 
 def write_report(path, report):
-    """Write ``report`` as JSON beside its place, then move it there."""
+    """Write ``report`` as JSON."""
+    write_whole(path, (json.dumps(report, indent=2) + "\n").encode(), "--report")
+
+
+def write_whole(path, data, option):
+    """Write bytes beside their place, then move them there; ``option`` names the file in messages."""
     path = pathlib.Path(path)
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
+        part.write_bytes(data)
         os.replace(part, path)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise UsageError(f"--report {path}: cannot be written ({error.strerror}), a writable file is needed") from None
+        raise UsageError(f"{option} {path}: cannot be written ({error.strerror}), a writable file is needed") from None

@@ -1,4 +1,4 @@
-"""Body modes from measurements of the bridge, and the axial stiffness of strings: see ``README.md`` beside this file."""
+"""Body modes from measurements of the bridge, and the axial stiffness of strings: see `README.md` beside this file."""
 
 from .axial_stiffness import Stiffness, axial_stiffness
 from .identification import Identification, identify

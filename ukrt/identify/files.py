@@ -1,4 +1,4 @@
-"""Reads measurements: ``FILE`` or ``FILE@PATHS`` enters, a `Record` leaves. WAV and FLAC by soundfile, CSV, MAT by scipy.
+"""Reads measurements: ``FILE`` or ``FILE@PATHS`` enters, a `Record` leaves (WAV and FLAC by soundfile, MAT by scipy).
 
 CSV and MAT hold either impulse responses over time or admittances over frequency; the first column's name (in MAT the
 variables' names) decides, and nothing is guessed from the numbers. An admittance becomes an impulse response by inverse
@@ -35,7 +35,7 @@ def split_paths(argument):
     for path in paths:
         if path not in PATHS:
             raise MeasurementError(
-                f"{argument}: {path!r} is no path from drive to response, legal are {', '.join(PATHS)}, several with commas"
+                f"{argument}: {path!r} is no path from drive to response, legal are {', '.join(PATHS)}"
             )
     return name, paths
 
@@ -63,7 +63,9 @@ def read_record(name, quantity="velocity"):
     if suffix not in AUDIO + TEXT + MATLAB:
         raise MeasurementError(f"{name}: its suffix is {suffix!r}, but legal are {', '.join(AUDIO + TEXT + MATLAB)}")
     if not path.is_file():
-        raise MeasurementError(f"{name} cannot be read: {'it is a folder' if path.is_dir() else 'there is no such file'}")
+        raise MeasurementError(
+            f"{name} cannot be read: {'it is a folder' if path.is_dir() else 'there is no such file'}"
+        )
     if suffix in AUDIO:
         samples, rate = read_audio(name)
         return Record(samples, float(rate), str(name))
@@ -75,7 +77,7 @@ def read_record(name, quantity="velocity"):
 
 
 def read_audio(name):
-    """Samples (n, k) and rate [Hz] of a WAV or FLAC file; integer formats have full scale 1, where none may be reached."""
+    """Samples (n, k) and rate [Hz] of a WAV or FLAC file; integer formats have full scale 1 and must stay below it."""
     try:
         info = soundfile.info(name)
         samples, rate = soundfile.read(name, dtype="float64", always_2d=True)
@@ -103,7 +105,9 @@ def _step(steps, unit, name):
 def _from_time(table, step, name):
     begin = int(round(-table.steps[0] / step))
     if begin < 0:
-        raise MeasurementError(f"{name} begins at {table.steps[0]:g} s, but must begin at the impulse, 0 s, or before it")
+        raise MeasurementError(
+            f"{name} begins at {table.steps[0]:g} s, but must begin at the impulse, 0 s, or before it"
+        )
     if np.iscomplexobj(table.values):
         raise MeasurementError(f"{name} holds complex values over time, but an impulse response is real")
     return Record(table.values[begin:], float(f"{1.0 / step:.9g}"), str(name), table.names)
@@ -114,7 +118,7 @@ def _from_frequency(table, step, name, power):
     first = table.steps[0] / step
     if first < -UNEVEN or abs(first - round(first)) > 10 * UNEVEN:
         raise MeasurementError(
-            f"{name}: its frequencies begin at {table.steps[0]:g} Hz in steps of {step:g} Hz, but must be multiples of it"
+            f"{name}: its frequencies are {table.steps[0]:g} Hz and steps of {step:g} Hz, but must be multiples of a step"
         )
     first, values = int(round(first)), table.values
     low = np.arange(first)[:, None] / max(first, 1)

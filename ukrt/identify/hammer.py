@@ -1,12 +1,12 @@
 """The hammer measurement: records of force and response enter, transfer functions, coherence and an impulse response
 leave.
 
-Hits are found by the peaks of the force. Each is cut out with its response, the force after its pulse is set to zero (it
-is noise), both may be weighted by the same falling exponential, which is taken out of the result again (if
+Hits are found by the peaks of the force. Each is cut out with its response, the force after its pulse is set to zero
+(it is noise), both may be weighted by the same falling exponential, which is taken out of the result again (if
 p = h * f, then exp(-at) p = (exp(-at) h) * (exp(-at) f), exactly). Over the hits the spectra are summed to the H1
 estimate S_fp / S_ff, which noise in the response does not bias, and to the coherence |S_fp|^2 / (S_ff S_pp)
-(J. S. Bendat, A. G. Piersol, Random Data, ch. 6). Beyond the band in which the force has energy H1 is noise over nothing:
-there it is weighted by S_ff / (S_ff + eps) and let go to zero.
+(J. S. Bendat, A. G. Piersol, Random Data, ch. 6). Beyond the band in which the force has energy H1 is noise over
+nothing: there it is weighted by S_ff / (S_ff + eps) and let go to zero.
 """
 
 import dataclasses
@@ -24,6 +24,7 @@ LONGEST_PULSE = 0.02  # s from a hit's beginning to its peak
 SOFT_END = 0.1  # of a response, faded out
 BAND_DB = -30.0  # of the force's energy spectrum, to which it reaches: there 40 dB of dynamic leave 10 dB
 EPSILON_DB = -45.0  # of its maximum: noise is kept from growing where the force has less
+RINGING_PERIODS = 20  # of the band's edge, that a response cut off there rings on before time zero
 OCTAVES = 0.5  # beyond the band's edge in which the response is let go to zero
 
 
@@ -95,8 +96,8 @@ def hammer_response(records, sample_rate, seconds, decay=None):
             responses.append((response[begin : begin + count] - _level(response, begin, sample_rate)) * window[:, None])
     if not forces:
         raise MeasurementError(
-            f"{records[0][2]} has no hit that can be used: each needs {seconds:g} s without another one or a rebound, but "
-            f"{left_out} have not"
+            f"{records[0][2]} has no hit that can be used: each needs {seconds:g} s without another or a rebound, "
+            f"but {left_out} have not"
         )
     return _estimate(np.array(forces), np.array(responses), sample_rate, window, left_out)
 
@@ -152,11 +153,11 @@ def _check(force, response, name, count):
         check_signal(signal, name)
     if len(force) != len(response):
         raise MeasurementError(
-            f"{name}: the force has {len(force)} samples and the response {len(response)}, but both must have the same length"
+            f"{name}: the force has {len(force)} samples and the response {len(response)}, but both must be equally long"
         )
     if len(force) < count:
         raise MeasurementError(
-            f"{name} has {len(force)} samples, but the impulse response alone needs {count}: record longer or lower --seconds"
+            f"{name} has {len(force)} samples, but the response alone needs {count}: record longer, lower --seconds"
         )
 
 
@@ -202,12 +203,11 @@ def _estimate(forces, responses, sample_rate, window, left_out):
     band_hz = float(frequencies[below[0]] if len(below) else frequencies[-1])
     weight = of_force / (of_force + of_force.max() * 10.0 ** (EPSILON_DB / 10.0))
     limited = transfer * (weight * _let_go(frequencies, band_hz))[:, None]
-    taps = _causal(np.fft.irfft(limited, 2 * count, axis=0), count) / window[:, None]
+    ringing = int(RINGING_PERIODS * sample_rate / band_hz)
+    taps = _causal(np.fft.irfft(limited, 2 * count, axis=0), count, ringing) / window[:, None]
     fade = max(int(SOFT_END * count), 1)
     taps[-fade:] *= (0.5 + 0.5 * np.cos(np.pi * (np.arange(fade) + 1) / fade))[:, None]
-    return Response(
-        taps, sample_rate, frequencies, transfer, coherence, band_hz, force_db, len(forces), left_out
-    )
+    return Response(taps, sample_rate, frequencies, transfer, coherence, band_hz, force_db, len(forces), left_out)
 
 
 def _let_go(frequencies, band_hz):
@@ -217,9 +217,10 @@ def _let_go(frequencies, band_hz):
     return 0.5 + 0.5 * np.cos(np.pi * np.clip(octaves / OCTAVES, 0.0, 1.0))
 
 
-def _causal(circular, count):
-    """The first ``count`` samples, with what rings before time zero folded behind it: as `resample_response` does, this
-    adds no delay and keeps the real part of the transfer function."""
+def _causal(circular, count, ringing):
+    """The first ``count`` samples, with what rings before time zero folded behind it: as where impulse responses are
+    resampled, this adds no delay and keeps the real part of the transfer function."""
     taps = circular[:count].copy()
-    taps[1:] += circular[: -count : -1]
+    before = circular[-1 : -min(ringing, count) : -1]
+    taps[1 : 1 + len(before)] += before
     return taps

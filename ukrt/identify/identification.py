@@ -206,7 +206,9 @@ def _result(paths, band, sweep, chosen, beside):
 def _late(seconds):
     if seconds == 0.0:
         return None
-    return f"the responses seem to come {1e3 * seconds:.3g} ms late; if they do, repeat with --delay {1e3 * seconds:.3g}"
+    return (
+        f"the responses seem to come {1e3 * seconds:.3g} ms late; if so, repeat with --delay {1e3 * seconds:.3g}"
+    )
 
 
 def _spreads(band, sweep, chosen, beside, paths):

@@ -18,7 +18,9 @@ DEFAULT_PATHS = {
     3: ("bass-bass", "bass-treble", "treble-treble"),
     4: ("bass-bass", "bass-treble", "treble-bass", "treble-treble"),
 }
-CEILING_SAMPLES = 8  # at the largest value, of them CEILING_RUN in a row: no free decay does that, a full converter does
+CEILING_SAMPLES = (
+    8  # at the largest value, of them CEILING_RUN in a row: no free decay does that, a full converter does
+)
 CEILING_RUN = 3
 
 
@@ -134,7 +136,7 @@ def check_signal(samples, source):
             raise MeasurementError(f"{where} is silent: every sample is {column[0]:g}, but a response is needed")
         if is_clipped(column):
             raise MeasurementError(
-                f"{where} is clipped: it stays at its largest value {np.abs(column).max():g} for several samples, but a "
+                f"{where} is clipped: it stays at its largest value {np.abs(column).max():g} for many samples, but a "
                 "response must fit into the converter's range"
             )
 
@@ -151,7 +153,9 @@ def _check_alike(records):
     first = records[0]
     for other in records[1:]:
         if other.periodic != first.periodic:
-            raise MeasurementError(f"{first.source} and {other.source} are an impulse response and an admittance, mixed")
+            raise MeasurementError(
+                f"{first.source} and {other.source} are an impulse response and an admittance, mixed"
+            )
         if other.sample_rate != first.sample_rate:
             raise MeasurementError(
                 f"{other.source} has a sample rate of {other.sample_rate:g} Hz, but {first.source} has "
@@ -159,8 +163,8 @@ def _check_alike(records):
             )
         if len(other.samples) != len(first.samples):
             raise MeasurementError(
-                f"{other.source} has {len(other.samples)} samples, but {first.source} has {len(first.samples)}: all must "
-                "have the same length"
+                f"{other.source} has {len(other.samples)} samples, but {first.source} has {len(first.samples)}: all "
+                "must have the same length"
             )
 
 
@@ -176,7 +180,7 @@ def _names(records, paths):
         found = record.samples.shape[1]
         if one is None:
             raise MeasurementError(
-                f"{record.source} does not say what it is while others do: write {record.source}@bass-treble for a force "
+                f"{record.source} does not say what it is while others do: write {record.source}@bass-treble for force "
                 "at the bass and motion at the treble end, for every file or for none"
             )
         if len(one) != found:

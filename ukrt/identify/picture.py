@@ -35,7 +35,9 @@ def draw_fit(found, quantity):
         time, frequency = figure.add_subplot(grid[n, 0]), figure.add_subplot(grid[n, 1])
         _draw_path(time, frequency, found, n, made)
         time.set(title=f"{path}, in the band", ylabel=f"h / ({UNITS[quantity]} / N s)")
-        frequency.set(title=f"{path}: {found.fits[path]:.1f} dB left unexplained", ylabel=f"|H| / ({UNITS[quantity]} / N)")
+        frequency.set(
+            title=f"{path}: {found.fits[path]:.1f} dB left unexplained", ylabel=f"|H| / ({UNITS[quantity]} / N)"
+        )
     frequency.legend(loc="lower right", fontsize="small")
     _draw_stability(figure.add_subplot(grid[rows, :]), found)
     return as_png(figure)
@@ -68,7 +70,7 @@ def _draw_path(time, frequency, found, n, made):
 
 def _draw_stability(panel, found):
     """Every pole of every order, those of the modes marked, over the sum of the responses' size."""
-    low, high = found.band.frequencies[[0, -1]]
+    high = found.band.frequencies[-1]
     for poles in found.sweep:
         seen = (poles.frequencies_hz <= high) & (poles.damping_ratios > 0.0)
         panel.plot(poles.frequencies_hz[seen], np.full(seen.sum(), poles.order), "+", color="0.75", ms=5)

@@ -39,8 +39,8 @@ def _provenance(found, guitar, measurement):
         f"The guitar of the preset {guitar.name} with a body identified by `ukrt identify` from impulse responses",
         f"({measurement.quantity}, {measurement.seconds:.3g} s at {measurement.sample_rate:.6g} Hz):",
         *(f"  {_one_line(source)}" for source in measurement.sources),
-        f"Eigensystem Realization Algorithm, {len(found.frequencies_hz)} modes from {low:.0f} to {high:.0f} Hz. Part of the",
-        "response in this band that these modes alone leave unexplained:",
+        f"Eigensystem Realization Algorithm, {len(found.frequencies_hz)} modes from {low:.0f} to {high:.0f} Hz. Part of",
+        "the response in this band that these modes alone leave unexplained:",
         *(f"  {path:<14} {db:.1f} dB" for path, db in found.fits.items()),
         *(f"Note: {note}." for note in found.notes),
     ]

@@ -113,9 +113,7 @@ def realize(markov, rate, orders):
     rows = min(max(150, -(-5 * largest // (4 * outputs))), n // 2)
     columns = min(BLOCK_COLUMNS * rows, n - rows)
     at = np.arange(rows)[:, None] + np.arange(columns)
-    hankel, shifted = (
-        markov[at + k].transpose(0, 2, 1, 3).reshape(rows * outputs, columns * inputs) for k in (0, 1)
-    )
+    hankel, shifted = (markov[at + k].transpose(0, 2, 1, 3).reshape(rows * outputs, columns * inputs) for k in (0, 1))
     left, singular, right = np.linalg.svd(hankel, full_matrices=False)
     root = np.sqrt(np.maximum(singular[:largest], singular[0] * np.finfo(float).eps))
     state = (left[:, :largest] / root).T @ shifted @ (right[:largest].T / root)

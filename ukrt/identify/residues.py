@@ -1,7 +1,8 @@
 """Strengths of modes whose poles are known: responses enter, one strength a mode and path leaves, by least squares.
 
 The fit is made on the transfer functions of the whole record from ``min_hz`` to ``max_hz``, which by Parseval's theorem
-is least squares on the response in that band. A mode of strength c = phi_drive phi_response / m has the impulse response
+is least squares on the response in that band. A mode of strength c = phi_drive phi_response / m has the impulse
+response
 
     2 Re(c rho exp(lambda t)),   rho = lambda^power / (2 j Im lambda),   power 0, 1, 2 for displacement, velocity,
                                                                          acceleration

@@ -1,6 +1,6 @@
-"""Real normalised shapes: strengths phi_drive phi_response / m of one mode enter, its mass and its shape at the two ends
-of the bridge leave. Between the ends the shape is linear, so that its largest value over the bridge, which is 1, stands
-at an end."""
+"""Real normalised shapes: strengths phi_drive phi_response / m of modes enter, their masses and shapes at the two ends of
+the bridge leave. Between the ends a shape is linear, so that its largest value over the bridge, which is 1, stands at an
+end."""
 
 import dataclasses
 
@@ -31,8 +31,8 @@ def what_is_assumed(paths):
         return None
     if len(entries) == 2:
         return (
-            "no response from one end of the bridge to the other is given: the sign of the treble end's shape is unknown "
-            "and is taken to be the bass end's for every mode"
+            "no response from one end of the bridge to the other is given: the sign of the treble end's shape is not "
+            "known and is taken to be the bass end's in every mode"
         )
     known = ENDS[entries.pop()[0]]
     other = ENDS[1 - ENDS.index(known)]

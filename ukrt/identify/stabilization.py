@@ -14,7 +14,9 @@ DAMPING_TOLERANCE = 0.15  # larger than customary (0.05): with many modes dampin
 LEAST_MAC = 0.9
 GAP = 3  # orders after which a track that was not continued ends
 SHARE_OF_LIFE, SHARE_OF_ALL = 0.5, 0.25
-MOST_DAMPING = 0.1  # guitars' body modes have 0.3 to 5 % (estimate from published tables); beyond this lie filters' poles
+MOST_DAMPING = (
+    0.1  # guitars' body modes have 0.3 to 5 % (estimate from published tables); beyond this lie filters' poles
+)
 SAME_MODE = 0.25  # of the half-power bandwidth: two tracks nearer than this are one mode
 
 

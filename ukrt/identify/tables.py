@@ -1,7 +1,7 @@
 """Responses in tables: a CSV or MAT file enters, its first column and its responses leave, over time or frequency.
 
 CSV: lines that begin with # are skipped, the first other line names the columns, separated by comma, semicolon, tab or
-blanks. A first name that begins with ``t`` (time, t [s]) means seconds, and every further column is an impulse response;
+blanks. A first name that begins with ``t`` (time, t [s]) means seconds, and each further column is an impulse response;
 one that begins with ``f`` (frequency, f/Hz) means hertz, and further columns are real and imaginary part in turn. A
 column called ``bass-treble`` (in pairs ``bass-treble re``, ``bass-treble im``) says which path it is.
 
@@ -55,7 +55,7 @@ def read_csv(name):
     kind = head[0][:1].lower()
     if kind not in ("t", "f"):
         raise MeasurementError(
-            f"{name}: its first line begins with {head[0]!r}, but it must name the columns, the first one time or frequency"
+            f"{name}: its first line begins with {head[0]!r}, but it must name columns, the first one time or frequency"
         )
     try:
         numbers = np.loadtxt(lines[1:], delimiter=mark, ndmin=2, comments=None)
@@ -63,7 +63,7 @@ def read_csv(name):
         raise MeasurementError(f"{name} is not a table of numbers below its first line: {_reason(error)}") from None
     if numbers.shape[1] != len(head) or len(head) < 2:
         raise MeasurementError(
-            f"{name} has {numbers.shape[1]} columns of numbers and {len(head)} names, but both must be the same, at least 2"
+            f"{name} has {numbers.shape[1]} columns of numbers and {len(head)} names, but must have as many, at least 2"
         )
     if kind == "t":
         return Table(True, numbers[:, 0], numbers[:, 1:], _path_names(head[1:]))
@@ -79,7 +79,9 @@ def read_mat(name):
     try:
         import scipy.io
     except ImportError as error:
-        raise MissingExtraError(f"{name}: MAT files need scipy, which is missing: pip install 'ukrt[measure]'") from error
+        raise MissingExtraError(
+            f"{name}: MAT files need scipy, which is missing: pip install 'ukrt[measure]'"
+        ) from error
     try:
         found = scipy.io.loadmat(name)
     except NotImplementedError:
@@ -89,10 +91,14 @@ def read_mat(name):
     found = {key: value for key, value in found.items() if isinstance(value, np.ndarray) and value.dtype.kind in "fiuc"}
     key = next((one for one in RESPONSES if one in found), None)
     if key is None:
-        raise MeasurementError(f"{name} has the variables {', '.join(found) or 'none'}, but none of {', '.join(RESPONSES)}")
+        raise MeasurementError(
+            f"{name} has the variables {', '.join(found) or 'none'}, but none of {', '.join(RESPONSES)}"
+        )
     values = found[key].astype(complex if np.iscomplexobj(found[key]) else float)
     if values.ndim != 2:
-        raise MeasurementError(f"{name}: {key} has {values.ndim} dimensions, but must have one column for each response")
+        raise MeasurementError(
+            f"{name}: {key} has {values.ndim} dimensions, but must have one column for each response"
+        )
     values = values.T if values.shape[0] < values.shape[1] else values
     return Table(*_mat_steps(found, len(values), name), values, None)
 
@@ -110,8 +116,8 @@ def _mat_steps(found, count, name):
         if key in found and found[key].size == 1 and found[key].item() > 0:
             return True, np.arange(count) / float(found[key].item())
     raise MeasurementError(
-        f"{name} has the variables {', '.join(found)}, but no {', '.join((*TIMES, *RATES))} (an impulse response) and no "
-        f"{', '.join(FREQUENCIES)} (an admittance)"
+        f"{name} has the variables {', '.join(found)}, but no {', '.join((*TIMES, *RATES))} (impulse response), no "
+        f"{', '.join(FREQUENCIES)} (admittance)"
     )
 
 
