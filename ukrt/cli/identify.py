@@ -139,7 +139,7 @@ def _show(found, target):
     from rich.table import Table
 
     table = Table("", "f / Hz", "zeta / %", "m / kg", "bass", "treble", "complexity")
-    spread = found.spreads
+    spread = found.uncertainties
     rows = zip(
         _pairs(found.frequencies_hz, spread["frequencies_hz"], "{:.2f}"),
         _pairs(100 * found.damping_ratios, 100 * spread["damping_ratios"], "{:.3f}"),
@@ -153,17 +153,15 @@ def _show(found, target):
         table.add_row(str(n), *row)
     console = Console(highlight=False)
     console.print(table)
-    console.print(
-        "± standard deviation over model orders; ? more than 10 % of the value. Left unexplained by the modes:"
-    )
+    console.print("± standard uncertainty; ? above 10 % of the value. Of the response these modes leave unexplained:")
     for path, db in found.fits.items():
         console.print(f"  {path:<14} {db:6.1f} dB ({100 * 10 ** (db / 20):.2g} % in amplitude)", soft_wrap=True)
     print(f"{target}: {len(found.frequencies_hz)} modes")
 
 
-def _pairs(values, spreads, form, size=None):
-    """Values with their spreads, doubtful ones marked (list of str)."""
+def _pairs(values, errors, form, size=None):
+    """Values with their uncertainties, doubtful ones marked (list of str)."""
     return [
-        f"{form.format(value)} ± {spread:.1g}{' ?' if spread > DOUBTFUL * (size or abs(value)) else ''}"
-        for value, spread in zip(values, spreads, strict=True)
+        f"{form.format(value)} ±{error:.0e}{' ?' if error > DOUBTFUL * (size or abs(value)) else ''}"
+        for value, error in zip(values, errors, strict=True)
     ]

@@ -59,8 +59,8 @@ def add_parser(commands):
         "--decay",
         type=number("s", 0.001, 100),
         metavar="S",
-        help="weight records by an exponential of this time constant, for a sound longer than --seconds; it is taken out "
-        "of the response again (default: none)",
+        help="weight records by an exponential of this time constant, for a sound longer than --seconds; it is taken "
+        "out of the response again (default: none)",
     )
     parser.add_argument("--trim", action="store_true", help="leave out the time that the sound takes to the microphone")
     parser.add_argument("--plot", metavar="PNG", help="draw response and coherence into this file (needs matplotlib)")

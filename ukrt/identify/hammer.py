@@ -153,7 +153,7 @@ def _check(force, response, name, count):
         check_signal(signal, name)
     if len(force) != len(response):
         raise MeasurementError(
-            f"{name}: the force has {len(force)} samples and the response {len(response)}, but both must be equally long"
+            f"{name}: the force has {len(force)} samples and the pressure {len(response)}, both must be equally long"
         )
     if len(force) < count:
         raise MeasurementError(

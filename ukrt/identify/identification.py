@@ -9,11 +9,12 @@ import numpy as np
 
 from ..errors import MeasurementError
 from ..model.parameters import Body
-from .quality import body_responses, lateness, misfits, phase_deviation
+from .quality import body_responses, late_words, misfits, phase_deviation
 from .realization import LEAST_OVERSAMPLING, free_decays, markov_parameters, realize
 from .residues import Band, fit_phases, fit_strengths, make_band
 from .shapes import Shapes, real_shapes, what_is_assumed
 from .stabilization import distinct, stable_tracks, track_poles
+from .uncertainty import uncertainties
 
 LEAST_PERIODS = 8  # of the lowest frequency that a record must hold
 ORDERS = 40  # in the sweep
@@ -21,7 +22,6 @@ MODES_PER_HZ = 1.0 / 25.0  # of the largest order: twice what a guitar has below
 LEAST_MODES, MOST_MODES = 40, 150  # of the largest order
 SIGNIFICANCE = 5.0  # standard errors that a mode's strength must reach in one path at least
 LIMIT = 64  # modes of a Body
-SPREAD_ORDERS = 12  # of the sweep, the highest, that the uncertainties are taken from
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,8 +33,8 @@ class Identification:
     frequencies_hz, damping_ratios, modal_masses : ndarray (n,) [Hz, 1, kg]
     shapes : ndarray (n, 2) [1]
         At the bass and at the treble end.
-    spreads : dict of str to ndarray
-        Standard deviation over model orders of each of the four above, under its name.
+    uncertainties : dict of str to ndarray
+        Standard uncertainties of these four, under their names.
     complexity_deg : ndarray (n,) [degrees]
         Mean phase deviation from a real mode, weighted by strength.
     fits : dict of str to float
@@ -56,7 +56,7 @@ class Identification:
     damping_ratios: np.ndarray
     modal_masses: np.ndarray
     shapes: np.ndarray
-    spreads: dict
+    uncertainties: dict
     complexity_deg: np.ndarray
     fits: dict
     fits_with_rest: dict
@@ -163,7 +163,7 @@ def _choose(tracks, band, paths, min_hz, max_hz, modes):
         del inside[weakest]
     if not inside:
         raise MeasurementError(
-            f"no mode from {min_hz:g} to {max_hz:g} Hz is stable over the model orders and moves with the force: this is "
+            f"no mode from {min_hz:g} to {max_hz:g} Hz is stable over the model orders and moves with the force: it is "
             "noise, or it has the wrong sign (a negative --scale), or begins late (--delay)"
         )
     if modes is None:
@@ -191,35 +191,13 @@ def _result(paths, band, sweep, chosen, beside):
         damping_ratios=-poles[:n].real / np.abs(poles[:n]),
         modal_masses=made.masses,
         shapes=made.ends,
-        spreads=_spreads(band, sweep, chosen, beside, paths),
+        uncertainties=uncertainties(band, sweep, chosen, beside, paths),
         complexity_deg=phase_deviation(complex_strengths),
         fits=misfits(band, alone, paths),
         fits_with_rest=misfits(band, found.fitted, paths),
-        notes=tuple(filter(None, (what_is_assumed(paths), _late(lateness(complex_strengths, poles[:n], paths))))),
+        notes=tuple(filter(None, (what_is_assumed(paths), late_words(complex_strengths, poles[:n], paths)))),
         sweep=sweep,
         modes=chosen,
         band=band,
         paths=paths,
     )
-
-
-def _late(seconds):
-    if seconds == 0.0:
-        return None
-    return (
-        f"the responses seem to come {1e3 * seconds:.3g} ms late; if so, repeat with --delay {1e3 * seconds:.3g}"
-    )
-
-
-def _spreads(band, sweep, chosen, beside, paths):
-    """Standard deviations over the highest orders, robust (half of what lies between the 16th and 84th per cent)."""
-    rows = []
-    for order in range(max(len(sweep) - SPREAD_ORDERS, 0), len(sweep)):
-        poles = np.array([one.at(order) for one in chosen + beside])
-        made = real_shapes(fit_strengths(band, poles).values[: len(chosen)], paths)
-        own = poles[: len(chosen)]
-        rows.append(np.stack([np.abs(own) / (2.0 * np.pi), -own.real / np.abs(own), made.masses, *made.ends.T], axis=1))
-    low, high = np.nanpercentile(rows, (15.87, 84.13), axis=0)
-    half = (high - low) / 2.0
-    names = ("frequencies_hz", "damping_ratios", "modal_masses")
-    return {name: half[:, n] for n, name in enumerate(names)} | {"shapes": half[:, 3:]}

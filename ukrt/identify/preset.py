@@ -39,16 +39,15 @@ def _provenance(found, guitar, measurement):
         f"The guitar of the preset {guitar.name} with a body identified by `ukrt identify` from impulse responses",
         f"({measurement.quantity}, {measurement.seconds:.3g} s at {measurement.sample_rate:.6g} Hz):",
         *(f"  {_one_line(source)}" for source in measurement.sources),
-        f"Eigensystem Realization Algorithm, {len(found.frequencies_hz)} modes from {low:.0f} to {high:.0f} Hz. Part of",
-        "the response in this band that these modes alone leave unexplained:",
+        f"Eigensystem Realization Algorithm, {len(found.frequencies_hz)} modes from {low:.0f} to {high:.0f} Hz. Of",
+        "the response in this band these modes alone leave unexplained:",
         *(f"  {path:<14} {db:.1f} dB" for path, db in found.fits.items()),
         *(f"Note: {note}." for note in found.notes),
     ]
-    names = ("frequencies_hz", "damping_ratios", "modal_masses")
-    spreads = [(one, found.spreads[one]) for one in names]
-    spreads += [("shapes_bass", found.spreads["shapes"][:, 0]), ("shapes_treble", found.spreads["shapes"][:, 1])]
-    lines.append("Standard deviations over model orders:")
-    lines += [f"  {one:<14} {', '.join(f'{value:.1g}' for value in values)}" for one, values in spreads]
+    lines.append("Standard uncertainties (spread over model orders, noise):")
+    for name, values in found.uncertainties.items():
+        columns = zip(("_bass", "_treble"), values.T, strict=True) if values.ndim == 2 else (("", values),)
+        lines += [f"  {name + end:<14} {', '.join(f'{value:.1g}' for value in column)}" for end, column in columns]
     return lines
 
 

@@ -40,8 +40,9 @@ def phase_deviation(strengths):
     return np.sum(size * angles, axis=1) / np.sum(size, axis=1)
 
 
-def lateness(strengths, poles, paths):
-    """By how much the responses come late, judged by the driving points, whose strengths are positive in real modes.
+def late_words(strengths, poles, paths):
+    """A sentence where the responses seem to come late, judged by the driving points, whose strengths are positive in
+    real modes and turn in proportion to frequency by a delay; None where that is not worth mentioning.
 
     Parameters
     ----------
@@ -51,11 +52,12 @@ def lateness(strengths, poles, paths):
 
     Returns
     -------
-    float [s]
-        0 where the phase it makes is not worth mentioning.
+    str or None
     """
     driving = [n for n, name in enumerate(paths) if len(set(PATHS[name])) == 1]
     own, omega = strengths[:, driving], np.abs(poles)[:, None]
     weight = np.abs(own)
-    late = -np.sum(weight * omega * np.angle(own)) / np.sum(weight * omega**2)
-    return float(late) if np.degrees(abs(late) * omega.max()) >= NOTED_PHASE else 0.0
+    late = -1e3 * float(np.sum(weight * omega * np.angle(own)) / np.sum(weight * omega**2))
+    if np.degrees(1e-3 * late * omega.max()) < NOTED_PHASE:
+        return None
+    return f"the responses seem to come {late:.3g} ms late; if so, repeat with --delay {late:.3g}"

@@ -110,8 +110,8 @@ def fit_strengths(band, poles):
     -------
     Strengths
     """
-    basis = _reals(np.concatenate([mode_responses(band, poles), band.outside()], axis=1))
-    values, errors = _least_squares(basis, _reals(band.values))
+    basis = reals(np.concatenate([mode_responses(band, poles), band.outside()], axis=1))
+    values, errors = _least_squares(basis, reals(band.values))
     fitted = (basis @ values)[: len(band.values)] + 1j * (basis @ values)[len(band.values) :]
     return Strengths(values[: len(poles)], errors[: len(poles)], fitted)
 
@@ -125,12 +125,13 @@ def fit_phases(band, poles):
     """
     rho = poles**band.power / (2j * poles.imag)
     ahead, back = rho * band.sums(poles), np.conj(rho) * band.sums(np.conj(poles))
-    basis = _reals(np.concatenate([ahead + back, 1j * (ahead - back), band.outside()], axis=1))
-    values, _ = _least_squares(basis, _reals(band.values))
+    basis = reals(np.concatenate([ahead + back, 1j * (ahead - back), band.outside()], axis=1))
+    values, _ = _least_squares(basis, reals(band.values))
     return values[: len(poles)] + 1j * values[len(poles) : 2 * len(poles)]
 
 
-def _reals(values):
+def reals(values):
+    """Real above imaginary parts: complex (m, ...) as real (2 m, ...)."""
     return np.concatenate([values.real, values.imag])
 
 

@@ -1,6 +1,5 @@
-"""Real normalised shapes: strengths phi_drive phi_response / m of modes enter, their masses and shapes at the two ends of
-the bridge leave. Between the ends a shape is linear, so that its largest value over the bridge, which is 1, stands at an
-end."""
+"""Real normalised shapes: strengths phi_drive phi_response / m of modes enter, their masses and shapes at the two ends
+of the bridge leave. Between the ends a shape is linear: its largest value over the bridge, which is 1, is at an end."""
 
 import dataclasses
 
