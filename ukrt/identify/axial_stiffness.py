@@ -34,7 +34,7 @@ def axial_stiffness(
         What hangs on it.
     string_mass : float [kg]
         The string's own, a third of which counts (Rayleigh: the string stretches evenly). 0 leaves it out, as the paper
-        does. Against the exact x tan x = m / M of a bar with a load the result is then high by less than
+        does. Against the exact x tan x = m / M of a bar with a load the result is then low by less than
         (m / M)^2 / 45: 2e-6 for 5 g under 500 g.
     frequency_error, length_error, mass_error, string_mass_error : float
         Standard uncertainties, each in the unit of its quantity, taken as independent.

@@ -118,7 +118,7 @@ def _from_frequency(table, step, name, power):
     first = table.steps[0] / step
     if first < -UNEVEN or abs(first - round(first)) > 10 * UNEVEN:
         raise MeasurementError(
-            f"{name}: its frequencies are {table.steps[0]:g} Hz in steps of {step:g} Hz, but must be multiples of a step"
+            f"{name}: its frequencies are {table.steps[0]:g} Hz in steps of {step:g} Hz, but must be its multiples"
         )
     first, values = int(round(first)), table.values
     low = np.arange(first)[:, None] / max(first, 1)

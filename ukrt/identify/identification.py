@@ -11,7 +11,7 @@ from ..errors import MeasurementError
 from ..model.parameters import Body
 from .quality import body_responses, late_words, misfits, phase_deviation
 from .realization import LEAST_OVERSAMPLING, free_decays, markov_parameters, realize
-from .residues import Band, fit_phases, fit_strengths, make_band
+from .residues import Band, fit_complex_strengths, fit_strengths, make_band
 from .shapes import Shapes, real_shapes, what_is_assumed
 from .stabilization import distinct, stable_tracks, track_poles
 from .uncertainty import uncertainties
@@ -146,20 +146,10 @@ def _check(measurement, max_hz, min_hz, delay):
 
 
 def _choose(tracks, band, paths, min_hz, max_hz, modes):
-    """Tracks of the modes, and tracks beside the band, which share in the fit but are not modes of the result.
-
-    Weak ones leave one by one, the weakest first, since each one's strength depends on the others.
-    """
+    """Tracks of the modes, and tracks beside them, which share in the fit but are not modes of the result."""
     inside = [one for one in tracks if min_hz <= one.frequency_hz <= max_hz]
     beside = [one for one in tracks if one.frequency_hz > max_hz]
-    while inside:
-        found = fit_strengths(band, np.array([one.median for one in inside + beside]))
-        values, errors = found.values[: len(inside)], found.errors[: len(inside)]
-        certainty = np.max(np.abs(values) / errors, axis=1)
-        certainty[~np.isfinite(real_shapes(values, paths).masses)] = 0.0
-        weakest = int(np.argmin(certainty))
-        if certainty[weakest] >= SIGNIFICANCE and len(inside) <= LIMIT:
-            break
+    while inside and (weakest := _weakest(inside, beside, band, paths)) is not None:
         del inside[weakest]
     if not inside:
         raise MeasurementError(
@@ -173,10 +163,31 @@ def _choose(tracks, band, paths, min_hz, max_hz, modes):
             f"{modes} modes were asked for, but only {len(inside)} from {min_hz:g} to {max_hz:g} Hz stand out: lower "
             "--modes"
         )
-    energy = np.max(np.abs(values) ** 2, axis=1) / np.array([-one.median.real for one in inside])
+    poles = np.array([one.median for one in inside + beside])
+    strengths = fit_strengths(band, poles).values[: len(inside)]
+    energy = np.max(strengths**2, axis=1) / -poles[: len(inside)].real
     strongest = set(np.argsort(-energy)[:modes].tolist())
     beside += [one for n, one in enumerate(inside) if n not in strongest]
     return [one for n, one in enumerate(inside) if n in strongest], beside
+
+
+def _weakest(inside, beside, band, paths):
+    """Index of the track that is the least a mode, None where all are; they leave one by one, since each one's strength
+    depends on the others.
+
+    Significant a mode must also be when strengths may be complex: what is not real in true modes can look like a weak
+    mode between them.
+    """
+    poles, n = np.array([one.median for one in inside + beside]), len(inside)
+    found = fit_strengths(band, poles)
+    certainty = np.max(np.abs(found.values[:n]) / found.errors[:n], axis=1)
+    certainty[~np.isfinite(real_shapes(found.values[:n], paths).masses)] = 0.0
+    if certainty.min() >= SIGNIFICANCE and n <= LIMIT:
+        values, errors = fit_complex_strengths(band, poles)
+        certainty = np.max(np.abs(values[:n]) / errors[:n], axis=1)
+        if certainty.min() >= SIGNIFICANCE:
+            return None
+    return int(np.argmin(certainty))
 
 
 def _result(paths, band, sweep, chosen, beside):
@@ -184,7 +195,7 @@ def _result(paths, band, sweep, chosen, beside):
     n = len(chosen)
     found = fit_strengths(band, poles)
     made = real_shapes(found.values[:n], paths)
-    complex_strengths = fit_phases(band, poles)[:n]
+    complex_strengths = fit_complex_strengths(band, poles)[0][:n]
     alone = body_responses(band, poles[:n], made, paths)
     return Identification(
         frequencies_hz=np.abs(poles[:n]) / (2.0 * np.pi),

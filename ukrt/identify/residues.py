@@ -116,18 +116,20 @@ def fit_strengths(band, poles):
     return Strengths(values[: len(poles)], errors[: len(poles)], fitted)
 
 
-def fit_phases(band, poles):
-    """How far modes are from real: the phases of their strengths when these may be complex.
+def fit_complex_strengths(band, poles):
+    """The strengths of modes when these may be complex, as in a body whose parts do not move in phase.
 
     Returns
     -------
-    ndarray (n, k) complex [1/kg]
+    values : ndarray (n, k) complex [1/kg]
+    errors : ndarray (n, k) [1/kg]
+        Standard errors of the real part.
     """
     rho = poles**band.power / (2j * poles.imag)
     ahead, back = rho * band.sums(poles), np.conj(rho) * band.sums(np.conj(poles))
     basis = reals(np.concatenate([ahead + back, 1j * (ahead - back), band.outside()], axis=1))
-    values, _ = _least_squares(basis, reals(band.values))
-    return values[: len(poles)] + 1j * values[len(poles) : 2 * len(poles)]
+    values, errors = _least_squares(basis, reals(band.values))
+    return values[: len(poles)] + 1j * values[len(poles) : 2 * len(poles)], errors[: len(poles)]
 
 
 def reals(values):

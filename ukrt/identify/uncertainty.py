@@ -48,8 +48,9 @@ def _spread(band, count, chosen, beside, paths):
     for order in range(max(count - SPREAD_ORDERS, 0), count):
         poles = np.array([one.at(order) for one in chosen + beside])
         rows.append(_row(poles[:n], fit_strengths(band, poles).values[:n], paths))
-    low, high = np.nanpercentile(rows, (15.87, 84.13), axis=0)
-    return (high - low) / 2.0
+    known = np.isfinite(rows).any(axis=0)
+    low, high = np.nanpercentile(np.where(known, rows, 0.0), (15.87, 84.13), axis=0)
+    return np.where(known, (high - low) / 2.0, np.inf)
 
 
 def _noise(band, chosen, beside, paths):
@@ -58,7 +59,7 @@ def _noise(band, chosen, beside, paths):
     values, of_poles, of_strengths = _covariances(band, poles)
     omega, zeta = np.abs(poles), -poles.real / np.abs(poles)
     cosine, count = np.sqrt(1.0 - zeta**2), len(poles)
-    decay, turn = of_poles[:count, :count].diagonal(), of_poles[count:, count:].diagonal()
+    decay, turn = np.maximum(of_poles.diagonal(), 0.0).reshape(2, count)
     of_omega = np.sqrt(zeta**2 * decay + cosine**2 * turn)  # |pole| from its two parts, whose errors are independent
     of_zeta = np.sqrt(cosine**2 * decay + zeta**2 * turn) / omega * cosine
     mean, total = _row(poles[:n], values[:n], paths), np.zeros((n, 5))
@@ -86,12 +87,13 @@ def _covariances(band, poles):
     free = slopes.T @ slopes - inside.T @ inside
     doubled = np.concatenate([values[:n], values[:n]])
     information = sum(free * np.outer(one, one) / own for one, own in zip(doubled.T, variance, strict=True))
-    of_poles = np.linalg.pinv(information, hermitian=True)
+    root = np.sqrt(information.diagonal())
+    of_poles = np.linalg.pinv(information / np.outer(root, root), hermitian=True) / np.outer(root, root)
     errors = []
     for strength, own in zip(doubled.T, variance, strict=True):
         moved = (inverse @ inside)[:n] * strength
         square = own * np.sum(inverse[:n] ** 2, axis=1) + np.einsum("ij,jk,ik->i", moved, of_poles, moved)
-        errors.append(np.sqrt(square))
+        errors.append(np.sqrt(np.maximum(square, 0.0)))
     return values[:n], of_poles, np.stack(errors, axis=1)
 
 
