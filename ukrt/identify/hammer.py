@@ -48,7 +48,7 @@ class Response:
         The force's energy spectrum, over its maximum.
     hits : int
     left_out : int
-        Hits with a rebound, or too near to the next or to the end.
+        Peaks of the force that were not used: with a rebound, itself a rebound, too near to the next or to the end.
     """
 
     taps: np.ndarray
@@ -127,11 +127,11 @@ def find_hits(force, sample_rate, count):
         begin = max(peak - gap, 0) + (pulse[-1] if len(pulse) else 0) - before
         after = size[_end_of_pulse(size, peak, noise) : max(begin, 0) + count]
         alone = not len(after) or after.max() < max(REBOUND * size[peak], noise)
-        if begin < 0 or begin + count > len(force) or not alone or begin < at:
+        if begin < at or begin + count > len(force) or not alone:
             left_out += 1
-            continue
-        begins.append(int(begin))
-        at = begin + count
+        else:
+            begins.append(int(begin))
+        at = begin + count  # until then the response to this hit, used or not, rings
     return begins, left_out
 
 
