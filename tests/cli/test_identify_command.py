@@ -17,7 +17,7 @@ from ukrt.model.presets import load_preset
 def folder(tmp_path, monkeypatch):
     """An empty working folder with the three responses of Table I as ``bb.wav``, ``bt.wav`` and ``tt.wav``."""
     monkeypatch.chdir(tmp_path)
-    responses = measure(table_i(), seconds=1.5).responses
+    responses = measure(table_i()).responses
     for name, column in zip(("bb", "bt", "tt"), responses.T, strict=True):
         soundfile.write(f"{name}.wav", column, RATE, subtype="FLOAT")
     return tmp_path
@@ -49,7 +49,7 @@ def test_a_preset_that_loads_and_moves_like_the_truth(folder, capsys):
 def test_the_same_measurement_gives_the_same_bytes(folder):
     for name in ("a", "b"):
         (folder / name).mkdir()
-        assert identify("bb.wav", "bt.wav", "-o", f"{name}/mine.toml", "--plot", f"{name}/fit.png") == 0
+        assert identify("bb.wav", "-o", f"{name}/mine.toml", "--plot", f"{name}/fit.png") == 0
     for file in ("mine.toml", "fit.png"):
         assert (folder / "a" / file).read_bytes() == (folder / "b" / file).read_bytes()
 
@@ -59,7 +59,12 @@ def frequencies_of(name):
 
 
 def test_other_guitars_and_fewer_modes(folder):
-    assert identify("bb.wav", "bt.wav", "tt.wav", "-o", "d.toml", "--preset", "drop-d", "--modes", 4, "--set", "pluck.place=0.8") == 0
+    assert (
+        identify(
+            "bb.wav", "bt.wav", "tt.wav", "-o", "d.toml", "--preset", "drop-d", "--modes", 4, "--set", "pluck.place=0.8"
+        )
+        == 0
+    )
     guitar = load_preset("d.toml")
     assert guitar.strings[0].note == 38 and guitar.pluck.place == 0.8 and len(guitar.body.frequencies_hz) == 4
     assert identify("bb.wav", "-o", "low.toml", "--max-hz", 400, "--min-hz", 150) == 0
@@ -67,7 +72,7 @@ def test_other_guitars_and_fewer_modes(folder):
 
 
 def test_named_paths_channels_and_notes(folder, capsys):
-    whole = measure(table_i(), paths=("treble-treble", "bass-treble"), seconds=1.5).responses
+    whole = measure(table_i(), paths=("treble-treble", "bass-treble")).responses
     soundfile.write("stereo.wav", whole, RATE, subtype="FLOAT")
     assert identify("stereo.wav@treble-treble,bass-treble", "-o", "a.toml") == 0
     assert load_preset("a.toml").body.shapes_bass[3] == pytest.approx(-0.702, abs=0.02)
@@ -88,7 +93,14 @@ def close_to_table_i(name):
 def test_csv_over_time_and_its_units(folder):
     columns = measure(table_i(), quantity="acceleration", rate=8000).responses / 9.81
     rows = np.column_stack([np.arange(len(columns)) / 8000, columns])
-    np.savetxt("t.csv", rows, delimiter=";", fmt="%.8g", header="measured with care\nt [s];bass-bass;bass-treble;treble-treble", comments="# ")
+    np.savetxt(
+        "t.csv",
+        rows,
+        delimiter=";",
+        fmt="%.8g",
+        header="measured with care\nt [s];bass-bass;bass-treble;treble-treble",
+        comments="# ",
+    )
     text = (folder / "t.csv").read_text().replace("# t [s]", "t [s]")
     (folder / "t.csv").write_text(text)
     assert identify("t.csv", "-o", "t.toml", "--quantity", "acceleration", "--scale", 9.81) == 0
@@ -110,7 +122,7 @@ def test_csv_of_admittances(folder, step, first):
 
 
 def test_mat_files(folder):
-    measurement = measure(table_i(), seconds=1.5)
+    measurement = measure(table_i())
     scipy.io.savemat("rate.mat", {"fs": float(RATE), "h": measurement.responses})
     scipy.io.savemat("time.mat", {"t": np.arange(len(measurement.responses)) / RATE, "h": measurement.responses.T})
     frequencies, spectra = measurement.spectra()
@@ -121,7 +133,7 @@ def test_mat_files(folder):
 
 
 def test_taps_are_densities_over_the_rate(folder):
-    soundfile.write("taps.wav", measure(table_i(), seconds=1.5).responses / RATE, RATE, subtype="FLOAT")
+    soundfile.write("taps.wav", measure(table_i()).responses / RATE, RATE, subtype="FLOAT")
     assert identify("taps.wav", "-o", "taps.toml", "--taps") == 0
     close_to_table_i("taps.toml")
 

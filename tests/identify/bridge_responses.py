@@ -8,7 +8,7 @@ import numpy as np
 from ukrt.identify.measurement import PATHS, Measurement
 from ukrt.model.presets import load_preset
 
-RATE, SECONDS = 48_000, 2.0
+RATE, SECONDS = 48_000, 1.0
 THREE = ("bass-bass", "bass-treble", "treble-treble")
 
 
@@ -109,7 +109,7 @@ def pair_modes(found_hz, modes):
 
 
 def errors(found, modes):
-    """Relative errors of frequencies, damping ratios and masses of `pair_modes`: three (n,), NaN where none is found."""
+    """Relative errors of frequency, damping and mass of each true mode: three (n,), NaN where none is found."""
     partner = pair_modes(found.frequencies_hz, modes)
     pairs = (
         (found.frequencies_hz, modes.hz),

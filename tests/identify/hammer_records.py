@@ -7,12 +7,16 @@ COUNT = 12_000  # taps of the known response, a quarter of a second
 
 
 def known_response(seed=0, last_hz=6000.0, flight=0.003):
-    """Taps of 30 decaying modes to ``last_hz``, which begin ``flight`` [s] late, as the sound does 1 m away, and are over
+    """Taps of 30 decaying modes to ``last_hz`` that begin ``flight`` [s] late, as sound does 1 m away, and are over
     when the record ends: ndarray (COUNT,) [Pa/N]."""
     rng, t = np.random.default_rng(seed), np.arange(COUNT)[:, None] / RATE - flight
     hz = np.geomspace(90.0, last_hz, 30)
     decay = rng.uniform(40.0, 120.0, 30) + 0.05 * hz
-    modes = np.exp(-decay * np.maximum(t, 0.0)) * np.sin(2 * np.pi * hz * t + rng.uniform(0, 2 * np.pi, 30)) * rng.uniform(0.5, 1.0, 30)
+    modes = (
+        np.exp(-decay * np.maximum(t, 0.0))
+        * np.sin(2 * np.pi * hz * t + rng.uniform(0, 2 * np.pi, 30))
+        * rng.uniform(0.5, 1.0, 30)
+    )
     return np.sum(np.where(t >= 0.0, modes, 0.0), axis=1) * 1e-3
 
 

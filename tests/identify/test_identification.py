@@ -24,18 +24,17 @@ from ukrt.identify.measurement import PATHS, Measurement
 BOUNDS = np.array([0.0005, 0.03, 0.05])[:, None]  # frequency, damping, mass
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_table_i_under_noise(seed):
     modes = table_i()
-    found = identify(measure(modes, seed))
+    found = identify(measure(modes, seed, seconds=2.0))
     assert len(found.frequencies_hz) == 10
     assert np.all(np.abs(errors(found, modes)) < BOUNDS)
     assert np.abs(found.shapes - modes.shapes).max() < 0.01
     assert not found.notes
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
-@pytest.mark.parametrize("rate", [44100, 96000])
+@pytest.mark.parametrize("quantity,rate", [("displacement", 44100), ("acceleration", 44100), ("velocity", 96000)])
 def test_any_quantity_and_rate(quantity, rate):
     modes = table_i()
     found = identify(measure(modes, quantity=quantity, rate=rate, seconds=1.0))
@@ -70,13 +69,15 @@ def test_one_driving_point_tells_its_own_end_and_says_so():
 
 def test_errors_fall_with_the_noise():
     modes = table_i()
-    sizes = [np.sqrt(np.mean(np.square(errors(identify(measure(modes, 4, decibels=db)), modes)), axis=1)) for db in (40, 80)]
+    sizes = [
+        np.sqrt(np.mean(np.square(errors(identify(measure(modes, 4, decibels=db)), modes)), axis=1)) for db in (40, 80)
+    ]
     assert np.all(sizes[1] < 0.03 * sizes[0])  # a hundredth of the noise
 
 
 def test_uncertainties_are_the_size_of_the_errors():
     modes, scores = table_i(), []
-    for seed in range(8):
+    for seed in range(4):
         found = identify(measure(modes, 20 + seed))
         own = found.uncertainties
         known = (own["frequencies_hz"] / modes.hz, own["damping_ratios"] / modes.zeta, own["modal_masses"] / modes.mass)
@@ -87,7 +88,10 @@ def test_uncertainties_are_the_size_of_the_errors():
 
 def test_units_scale_masses_alone():
     measurement = measure(table_i(), 5)
-    one, other = identify(measurement), identify(dataclasses.replace(measurement, responses=4.0 * measurement.responses))
+    one, other = (
+        identify(measurement),
+        identify(dataclasses.replace(measurement, responses=4.0 * measurement.responses)),
+    )
     assert other.modal_masses == pytest.approx(one.modal_masses / 4.0, rel=1e-6)
     assert other.frequencies_hz == pytest.approx(one.frequencies_hz, rel=1e-9)
     assert other.shapes == pytest.approx(one.shapes, abs=1e-6)
@@ -129,10 +133,12 @@ def test_the_strongest_modes_on_demand():
     found = identify(measure(modes, 8), modes=3)
     energy = 1.0 / (modes.mass**2 * modes.zeta * modes.hz)
     assert found.frequencies_hz == pytest.approx(np.sort(modes.hz[np.argsort(-energy)[:3]]), rel=1e-4)
-    assert np.all(np.abs(errors(found, Modes(*(v[np.argsort(-energy)[:3]] for v in dataclasses.astuple(modes))))) < BOUNDS)
+    assert np.all(
+        np.abs(errors(found, Modes(*(v[np.argsort(-energy)[:3]] for v in dataclasses.astuple(modes))))) < BOUNDS
+    )
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0])
 def test_sixty_modes_as_far_as_they_can_be_trusted(seed):
     modes = sixty_modes(seed).below(1200.0)
     found = identify(measure(sixty_modes(seed), seed), max_hz=1300.0)
@@ -161,7 +167,7 @@ def test_what_is_refused():
     modes = table_i()
     assert "lasts 0.1 s" in refusal(measure(modes, seconds=0.1))
     assert "sample rate of 1600 Hz" in refusal(measure(modes, rate=1600))
-    assert "only 10 from" in refusal(measure(modes), modes=40) or "stand out" in refusal(measure(modes), modes=40)
+    assert "stand out" in refusal(measure(modes), modes=40)
     noise = np.random.default_rng(0).standard_normal((96000, 3))
     assert "no mode" in refusal(Measurement(noise, 48000.0, THREE))
     measured = measure(modes)

@@ -68,7 +68,9 @@ def test_strengths_are_exact_for_exact_poles(quantity):
     poles = omega * (-modes.zeta + 1j * np.sqrt(1 - modes.zeta**2))
     measurement = as_measurement(impulse_responses(modes, quantity, 8000, 0.3), quantity=quantity, rate=8000)
     band = make_band(measurement, 40.0, 1000.0)  # a record that ends while modes still ring
-    wanted = np.stack([modes.shapes[:, i] * modes.shapes[:, j] / modes.mass for i, j in ((0, 0), (0, 1), (1, 1))], axis=1)
+    wanted = np.stack(
+        [modes.shapes[:, i] * modes.shapes[:, j] / modes.mass for i, j in ((0, 0), (0, 1), (1, 1))], axis=1
+    )
     found = fit_strengths(band, poles)
     assert found.values == pytest.approx(wanted, rel=1e-6)
     assert found.fitted == pytest.approx(band.values, abs=1e-9 * np.abs(band.values).max())
@@ -104,7 +106,10 @@ def test_real_shapes_undo_their_products(bass, treble, mass):
 
 
 def test_no_mass_for_a_driving_point_that_moves_the_wrong_way():
-    for names, values in ((("bass-bass",), [[-1.0]]), (("bass-bass", "bass-treble", "treble-treble"), [[-1.0, -1.0, -1.0]])):
+    for names, values in (
+        (("bass-bass",), [[-1.0]]),
+        (("bass-bass", "bass-treble", "treble-treble"), [[-1.0, -1.0, -1.0]]),
+    ):
         assert np.isnan(real_shapes(np.array(values), names).masses[0])
 
 
@@ -131,14 +136,18 @@ def test_axial_stiffness_of_a_hanging_mass():
 def test_uncertainty_of_axial_stiffness_is_that_of_many_trials():
     rng, means = np.random.default_rng(0), np.array([15.8, 0.65, 0.5, 0.03])
     own = np.array([0.05, 0.003, 0.004, 0.006])
-    trials = [axial_stiffness(*one[:3], string_mass=one[3]).newtons for one in means + own * rng.standard_normal((4000, 4))]
+    trials = [
+        axial_stiffness(*one[:3], string_mass=one[3]).newtons for one in means + own * rng.standard_normal((4000, 4))
+    ]
     names = ("frequency_error", "length_error", "mass_error", "string_mass_error")
     found = axial_stiffness(*means[:3], string_mass=means[3], **dict(zip(names, own, strict=True)))
     assert found.uncertainty == pytest.approx(np.std(trials), rel=0.05)
     assert axial_stiffness(*means[:3]).uncertainty == 0.0
 
 
-@pytest.mark.parametrize("key,value", [("mass", 0.0), ("frequency_hz", -1.0), ("length", math.nan), ("string_mass", -1e-3)])
+@pytest.mark.parametrize(
+    "key,value", [("mass", 0.0), ("frequency_hz", -1.0), ("length", math.nan), ("string_mass", -1e-3)]
+)
 def test_axial_stiffness_refuses(key, value):
     with pytest.raises(ParameterError, match=key):
         axial_stiffness(**({"frequency_hz": 10.0, "length": 0.65, "mass": 0.5} | {key: value}))

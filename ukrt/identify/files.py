@@ -62,13 +62,10 @@ def read_record(name, quantity="velocity"):
     suffix = path.suffix.lower()
     if suffix not in AUDIO + TEXT + MATLAB:
         raise MeasurementError(f"{name}: its suffix is {suffix!r}, but legal are {', '.join(AUDIO + TEXT + MATLAB)}")
-    if not path.is_file():
-        raise MeasurementError(
-            f"{name} cannot be read: {'it is a folder' if path.is_dir() else 'there is no such file'}"
-        )
     if suffix in AUDIO:
         samples, rate = read_audio(name)
         return Record(samples, float(rate), str(name))
+    check_is_file(name)
     table = read_csv(name) if suffix in TEXT else read_mat(name)
     if not np.isfinite(table.steps).all() or not np.isfinite(table.values).all():
         raise MeasurementError(f"{name} holds values that are not finite numbers, but every one must be a number")
@@ -78,6 +75,7 @@ def read_record(name, quantity="velocity"):
 
 def read_audio(name):
     """Samples (n, k) and rate [Hz] of a WAV or FLAC file; integer formats have full scale 1 and must stay below it."""
+    check_is_file(name)
     try:
         info = soundfile.info(name)
         samples, rate = soundfile.read(name, dtype="float64", always_2d=True)
@@ -89,6 +87,13 @@ def read_audio(name):
     if info.subtype.startswith("PCM") and np.sum(np.abs(samples) >= FULL_SCALE) > 1:
         raise MeasurementError(f"{name} is clipped: it reaches full scale, but a response must stay below it")
     return samples, rate
+
+
+def check_is_file(name):
+    """Refuse a name that is no file's."""
+    if not os.path.isfile(name):
+        what = "it is a folder" if os.path.isdir(name) else "there is no such file"
+        raise MeasurementError(f"{name} cannot be read: {what}")
 
 
 def _step(steps, unit, name):

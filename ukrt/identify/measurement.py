@@ -133,7 +133,7 @@ def check_signal(samples, source):
     for n, column in enumerate(samples.T):
         where = source if samples.shape[1] == 1 else f"{source}, response {n + 1}"
         if np.ptp(column) == 0.0:
-            raise MeasurementError(f"{where} is silent: every sample is {column[0]:g}, but a response is needed")
+            raise MeasurementError(f"{where} is silent: every sample is {column[0]:g}, but a signal is needed")
         if is_clipped(column):
             raise MeasurementError(
                 f"{where} is clipped: it stays at its largest value {np.abs(column).max():g} for many samples, but a "
