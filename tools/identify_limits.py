@@ -33,7 +33,8 @@ GAPS = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, np.inf)  # to the nearest mode, in ha
 def table_one(count, noise):
     """The worst error of each mode of Table I over seeds."""
     modes, began = table_i(), time.perf_counter()
-    found = [identify(measure(modes, seed, decibels=noise, seconds=SECONDS)) for seed in track(range(count), "Table I", console=ERR)]
+    seeds = track(range(count), "Table I", console=ERR)
+    found = [identify(measure(modes, seed, decibels=noise, seconds=SECONDS)) for seed in seeds]
     seconds = (time.perf_counter() - began) / count
     worst = np.max(np.abs([errors(one, modes) for one in found]), axis=0)
     shapes = np.max([np.abs(one.shapes - modes.shapes).max(axis=1) for one in found if len(one.shapes) == 10], axis=0)
@@ -46,7 +47,7 @@ def table_one(count, noise):
 
 def sixty(count, noise):
     """Per true mode of many bodies: frequency, distance to the nearest one in bandwidths, three errors, three errors
-    over their uncertainties (rows, 8); spurious modes' frequencies; seconds each."""
+    over their uncertainties, half-power bandwidth [Hz] (rows, 9); spurious modes' frequencies; seconds each."""
     rows, spurious, began = [], [], 0.0
     for seed in track(range(count), "60 modes", console=ERR):
         modes = sixty_modes(seed)
@@ -62,15 +63,18 @@ def sixty(count, noise):
         sizes = (modes.hz, modes.zeta, modes.mass)
         names = ("frequencies_hz", "damping_ratios", "modal_masses")
         scores = [e * v / found.uncertainties[name][partner] for e, v, name in zip(off, sizes, names, strict=True)]
-        rows.append(np.stack([modes.hz, gap / (2.0 * modes.half_widths_hz), *off, *scores], axis=1))
+        rows.append(
+            np.stack([modes.hz, gap / (2.0 * modes.half_widths_hz), *off, *scores, 2.0 * modes.half_widths_hz], axis=1)
+        )
         spurious += np.delete(found.frequencies_hz, partner[partner >= 0]).tolist()
     return np.concatenate(rows), np.array(spurious), began / count
 
 
-def by_class(rows, values, edges, title, name, spurious=None):
-    """One row for each class of modes: how many were found, and their errors at quantiles."""
+def by_class(rows, values, edges, title, name, spurious=None, guitars=1):
+    """One row for each class of modes: how many were found, and their errors at quantiles; by frequency, also spurious
+    modes and the modal overlap, bandwidth times modes per hertz."""
     heads = [f"{what} {q}" for what in ("f: %", "zeta: %", "m: %") for q in ("50", "90")]
-    extra = ["spurious"] if spurious is not None else []
+    extra = ["spurious", "overlap"] if spurious is not None else []
     table = Table(name, "modes", "found", *heads, "within 0.05/3/5 %", "error/uncertainty 90", *extra, title=title)
     for low, high in zip(edges, edges[1:], strict=False):
         inside = rows[(values >= low) & (values < high)]
@@ -84,7 +88,9 @@ def by_class(rows, values, edges, title, name, spurious=None):
         )
         good = np.mean(np.all(off <= LEGAL, axis=1))
         scores = "/".join(f"{np.percentile(np.abs(inside[seen, k]), 90):.1f}" for k in (5, 6, 7)) if seen.any() else ""
-        last = [] if spurious is None else [str(np.sum((spurious >= low) & (spurious < high)))]
+        ghosts = 0 if spurious is None else np.sum((spurious >= low) & (spurious < high))
+        overlap = np.sum(inside[:, 8]) / guitars / (high - low)
+        last = [] if spurious is None else [str(ghosts), f"{overlap:.2f}"]
         table.add_row(
             f"{low:g} to {high:g}",
             str(len(inside)),
@@ -108,7 +114,7 @@ def main():
     out.print(table)
     out.print(words)
     rows, spurious, seconds = sixty(options.guitars, options.noise)
-    out.print(by_class(rows, rows[:, 0], BANDS_HZ, "60 modes to 3 kHz, by frequency", "Hz", spurious))
+    out.print(by_class(rows, rows[:, 0], BANDS_HZ, "60 modes to 3 kHz, by frequency", "Hz", spurious, options.guitars))
     out.print(by_class(rows, rows[:, 1], GAPS, "by the distance to the nearest mode", "half-power bandwidths"))
     out.print(f"{options.guitars} bodies, {seconds:.1f} s each")
 

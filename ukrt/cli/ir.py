@@ -153,7 +153,7 @@ def _show(args, found, taps, trimmed):
             if inside.sum() < 2 or centre / 2**0.5 > rate / 2:
                 continue
             share = [f"{value:.3f}" if value == value else "one hit" for value in one.coherence[inside].mean(axis=0)]
-            table.add_row(f"{centre:g}", f"{one.force_db[inside].mean():.0f}", *share)
+            table.add_row(f"{centre:g}", f"{one.force_db[inside].mean():z.0f}", *share)
         console.print(table)
         if one.hits == 1:
             say(f"{place}: one hit shows no coherence; hit several times to see what is noise")
