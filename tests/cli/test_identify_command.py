@@ -205,6 +205,7 @@ REFUSALS = {
     "bb.wav --modes 60": "stand out",
     "bb.wav --max-hz 30": "highest frequency",
     "bb.wav --scale 0": "--scale 0",
+    "bb.wav --scale 1e9": "is the unit right",
     "bb.wav --scale -1": "wrong sign",
     "bb.wav --preset none": "none",
     "bb.wav --plot no/fit.png": "--plot",

@@ -140,6 +140,7 @@ def test_bad_input_is_refused_in_one_sentence_and_leaves_nothing(folder, capsys)
     write("silent.wav", 0 * pressure)
     write("clipped.wav", np.clip(force, -5, 5))
     write("nan.wav", np.where(np.arange(len(force)) == 9, np.nan, pressure))
+    write("noise.wav", np.random.default_rng(0).standard_normal(len(force)))
     write("tiny_f.wav", force[4000:8800])
     write("tiny_p.wav", pressure[4000:8800])
     (folder / "text.wav").write_text("no sound")
@@ -157,7 +158,8 @@ def test_bad_input_is_refused_in_one_sentence_and_leaves_nothing(folder, capsys)
         "f.wav two.wav p.wav": "3 microphones",
         "f.wav p.csv": "must be one of",
         "tiny_f.wav tiny_p.wav": "4800 samples",
-        "f.wav p.wav --seconds 0.8": "no hit",
+        "f.wav p.wav --seconds 0.8": "cannot be used",
+        "noise.wav p.wav": "stands out of its noise",
         "f.wav p.wav --seconds 3": "--seconds",
         "f.wav p.wav --more f.wav": "stands alone",
         "f.wav p.wav --more f.wav two.wav": "microphones",

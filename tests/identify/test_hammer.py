@@ -107,7 +107,7 @@ def test_rebounds_and_hurried_hits_are_left_out():
         begins, left_out = find_hits(signal, RATE, COUNT)
         assert (len(begins), left_out) == counts
     hurried, _ = record(taps, 6, apart=0.2, same=True)
-    with pytest.raises(MeasurementError, match="no hit that can be used"):
+    with pytest.raises(MeasurementError, match="hits that cannot be used"):
         respond(hurried[: int(1.25 * RATE)], hurried[: int(1.25 * RATE)])
 
 

@@ -166,6 +166,7 @@ def refusal(measurement, **options):
 def test_what_is_refused():
     modes = table_i()
     assert "lasts 0.1 s" in refusal(measure(modes, seconds=0.1))
+    assert "record longer" in refusal(measure(modes, seconds=0.02), min_hz=800.0)
     assert "sample rate of 1600 Hz" in refusal(measure(modes, rate=1600))
     assert "stand out" in refusal(measure(modes), modes=40)
     noise = np.random.default_rng(0).standard_normal((96000, 3))

@@ -95,9 +95,10 @@ def hammer_response(records, sample_rate, seconds, decay=None):
             forces.append(_force_alone(force[begin : begin + count], sample_rate) * window)
             responses.append((response[begin : begin + count] - _level(response, begin, sample_rate)) * window[:, None])
     if not forces:
+        found = f"{left_out} hits that cannot be used" if left_out else "no force that stands out of its noise"
         raise MeasurementError(
-            f"{records[0][2]} has no hit that can be used: each needs {seconds:g} s without another or a rebound, "
-            f"but {left_out} have not"
+            f"{records[0][2]} has {found}, but a hit needs {1e3 * BEFORE:g} ms before and {seconds:g} s after its "
+            "beginning, without another or a rebound"
         )
     return _estimate(np.array(forces), np.array(responses), sample_rate, window, left_out)
 
@@ -122,7 +123,7 @@ def find_hits(force, sample_rate, count):
     noise = 6.0 * np.median(size) / 0.6745  # six standard deviations of the noise between hits
     gap, before = int(LONGEST_PULSE * sample_rate), int(BEFORE * sample_rate)
     begins, left_out, at = [], 0, 0
-    for peak in _peaks(size, HIT * size.max(), gap):
+    for peak in _peaks(size, max(HIT * size.max(), noise), gap):
         pulse = np.flatnonzero(size[max(peak - gap, 0) : peak] < max(PULSE_END * size[peak], noise))
         begin = max(peak - gap, 0) + (pulse[-1] if len(pulse) else 0) - before
         after = size[_end_of_pulse(size, peak, noise) : max(begin, 0) + count]
@@ -138,6 +139,8 @@ def find_hits(force, sample_rate, count):
 def _peaks(size, least, gap):
     """Indices of peaks above ``least`` that are further apart than ``gap`` samples."""
     above = np.flatnonzero(size >= least)
+    if not len(above):
+        return []
     groups = np.split(above, np.flatnonzero(np.diff(above) > gap) + 1)
     return [group[np.argmax(size[group])] for group in groups]
 

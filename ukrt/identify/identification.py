@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 
 from ..errors import MeasurementError
+from ..model.fields import legal
 from ..model.parameters import Body
 from .quality import body_responses, late_words, misfits, phase_deviation
 from .realization import LEAST_OVERSAMPLING, free_decays, markov_parameters, realize
@@ -20,6 +21,8 @@ LEAST_PERIODS = 8  # of the lowest frequency that a record must hold
 ORDERS = 40  # in the sweep
 MODES_PER_HZ = 1.0 / 25.0  # of the largest order: twice what a guitar has below 1 kHz
 LEAST_MODES, MOST_MODES = 40, 150  # of the largest order
+SAMPLES_PER_MODE = 8  # of a record, lest the Hankel matrix is hardly larger than the order
+FEWEST_MODES = 10  # of the largest order in a short record
 SIGNIFICANCE = 5.0  # standard errors that a mode's strength must reach in one path at least
 LIMIT = 64  # modes of a Body
 
@@ -77,9 +80,16 @@ class Identification:
 
         Raises
         ------
-        ParameterError
+        MeasurementError
             A mode is beyond what a body may have.
         """
+        rule = legal(Body, "modal_masses")
+        for hertz, mass in zip(self.frequencies_hz, self.modal_masses, strict=True):
+            if not rule.low <= mass <= rule.high:
+                raise MeasurementError(
+                    f"the mode at {hertz:.4g} Hz has a mass of {mass:.3g} kg, but a body may have {rule.low:g} to "
+                    f"{rule.high:g} kg: is the unit right (--scale, --quantity, --taps)?"
+                )
         columns = self.frequencies_hz, self.damping_ratios, self.modal_masses, *self.shapes.T
         return Body(*(tuple(float(f"{value:.6g}") for value in column) for column in columns))
 
@@ -122,13 +132,18 @@ def _sweep(measurement, max_hz, delay):
     decays, rate = free_decays(measurement, max_hz, delay)
     markov = markov_parameters(decays, measurement.paths)
     largest = int(np.clip(max_hz * MODES_PER_HZ, LEAST_MODES, MOST_MODES))
-    largest = min(largest, len(markov) // 8)  # the Hankel matrix must stay far larger than the order
+    largest = min(largest, len(markov) // SAMPLES_PER_MODE)
+    if largest < FEWEST_MODES:
+        raise MeasurementError(
+            f"{_name(measurement)} holds {len(markov)} samples at {rate:g} Hz, as modes up to {max_hz:g} Hz need, but "
+            f"{FEWEST_MODES * SAMPLES_PER_MODE} are needed: record longer"
+        )
     step = -(-largest // ORDERS)
     return realize(markov, rate, [2 * n for n in range(step, largest + 1, step)])
 
 
 def _check(measurement, max_hz, min_hz, delay):
-    where = measurement.sources[0] if measurement.sources else "the measurement"
+    where = _name(measurement)
     rate, seconds = measurement.sample_rate, measurement.seconds - delay
     if not min_hz < max_hz:
         raise MeasurementError(f"modes from {min_hz:g} to {max_hz:g} Hz are none: the highest frequency must be larger")
@@ -143,6 +158,10 @@ def _check(measurement, max_hz, min_hz, delay):
             f"{where} lasts {seconds:.3g} s after its beginning, but modes from {min_hz:g} Hz on need "
             f"{LEAST_PERIODS / min_hz:.3g} s: record longer, or raise --min-hz"
         )
+
+
+def _name(measurement):
+    return measurement.sources[0] if measurement.sources else "the measurement"
 
 
 def _choose(tracks, band, paths, min_hz, max_hz, modes):

@@ -24,7 +24,7 @@ def preset_of(found, guitar, name, measurement):
 
     Raises
     ------
-    ParameterError
+    MeasurementError
         A mode is beyond what a body may have.
     """
     words = f"{guitar.name} with a body identified from measurements: {len(found.frequencies_hz)} modes"

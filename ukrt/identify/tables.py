@@ -48,7 +48,7 @@ def read_csv(name):
             lines = [line for line in file if line.strip() and not line.lstrip().startswith("#")]
     except (OSError, UnicodeDecodeError) as error:
         raise MeasurementError(f"{name} cannot be read as text: {getattr(error, 'strerror', None) or error}") from None
-    if not lines:
+    if len(lines) < 2:
         raise MeasurementError(f"{name} is empty, but a line of names and rows of numbers are needed")
     mark = next((one for one in (";", "\t", ",") if one in lines[0]), None)
     head = [word.strip().strip("\"'") for word in lines[0].strip().split(mark)]
