@@ -2,7 +2,7 @@
 
 import pathlib
 
-from .common import UsageError, add_command, add_guitar_options, load_guitar, number, say
+from .common import UsageError, add_command, add_guitar_options, load_guitar, need_matplotlib, number, say
 from .report import check_report_path, write_whole
 
 _EPILOG = """\
@@ -89,9 +89,7 @@ def run(args):
 
     target, plot = _target(args), args.plot and check_report_path(args.plot, "--plot")
     if plot:
-        from .doctor_report import need_matplotlib
-
-        need_matplotlib()
+        need_matplotlib("--plot")
     guitar, measurement = load_guitar(args), _read(args)
     found = identify(measurement, args.max_hz, args.min_hz, args.modes, 1e-3 * args.delay)
     text = preset_of(found, guitar, target.stem, measurement)

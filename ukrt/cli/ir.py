@@ -2,7 +2,7 @@
 
 import pathlib
 
-from .common import UsageError, add_command, number, say
+from .common import UsageError, add_command, need_matplotlib, number, say
 from .report import check_report_path, write_whole
 
 _EPILOG = """\
@@ -75,9 +75,7 @@ def run(args):
     check_audio_path(_target(args), "32f")
     plot = args.plot and check_report_path(args.plot, "--plot")
     if plot:
-        from .doctor_report import need_matplotlib
-
-        need_matplotlib()
+        need_matplotlib("--plot")
     places = {"bass end" if args.treble else "bridge": [[args.force, *args.pressure], *args.more]}
     if args.treble:
         places["treble end"] = args.treble
