@@ -87,7 +87,11 @@ class Case(f.Checked):
         for key, rows in rows_of.items():
             for n, row in enumerate(rows):
                 _refuse_unknown(f"{key}.{n}.string", [row.string], names)
+        lengths = {string.name: string.length for string in self.guitar.strings}
+        reach = min(contact.offset for contact in self.guitar.finger.contacts)
         for n, one in enumerate(self.held):
+            if one.place * lengths[one.string] + reach <= 0.0:
+                raise ParameterError(f"held.{n}.place", one.place, "it brings a contact of the finger behind the nut")
             for other in self.held[:n]:
                 if one.string == other.string and one.start < other.end and other.start < one.end:
                     words = f"the finger holds {one.string} already from {other.start:g} to {other.end:g} s"

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import zipfile
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from .. import __version__
 from ..errors import MissingExtraError, UkrtError
 from ..model.preset_text import dump_preset
+from .case_file import parse_case
 
 SUFFIXES = (".npz", ".h5", ".hdf5")
 
@@ -119,6 +121,47 @@ def save_quantities(quantities, metadata, path):
         raise UkrtError(f"{path} cannot be written: {error.strerror or error}") from None
     finally:
         part.unlink(missing_ok=True)
+
+
+def load_result(path):
+    """Read a result that `save_result` wrote.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    UkrtError
+        A file that cannot be read, or that is no result.
+    """
+    path = pathlib.Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise UkrtError(f"{path}: a result is a file whose name ends in {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise UkrtError(f"{path}: no such file")
+    try:
+        arrays, metadata = _read(path)
+        about = metadata["quantities"]
+        quantities = {name: Quantity(arrays[name], one["unit"], tuple(one["columns"])) for name, one in about.items()}
+        case = parse_case(metadata["case"], f"{path}: its case")
+        return Result(case, metadata["solver"], arrays["times"], quantities, metadata["facts"])
+    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+        raise UkrtError(f"{path} is no result that `ukrt simulate` wrote, or it is damaged") from None
+
+
+def _read(path):
+    """Arrays and metadata of a file."""
+    if path.suffix.lower() == ".npz":
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        return arrays, json.loads(str(arrays.pop("metadata")))
+    with _h5py().File(path, "r") as file:
+        return {name: data[()] for name, data in file.items()}, json.loads(file.attrs["metadata"])
 
 
 def _write(path, arrays, metadata):

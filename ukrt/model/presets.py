@@ -55,7 +55,7 @@ def parse_preset(text, source, overrides=None):
     -------
     Guitar
     """
-    return _guitar(_tree(text, source), source, overrides)
+    return _guitar(parse_toml(text, source), source, overrides)
 
 
 def overlaid_preset(tree, folder, source):
@@ -87,7 +87,7 @@ def build_checked(cls, tree, source):
 def read_toml(path, source):
     """A TOML file as nested dicts and lists; unreadable ones are refused by the name ``source``."""
     try:
-        return _tree(path.read_text(encoding="utf-8"), source)
+        return parse_toml(path.read_text(encoding="utf-8"), source)
     except OSError as error:
         raise PresetError(f"{source} cannot be read: {error.strerror or error}", value=str(path)) from None
     except UnicodeDecodeError:
@@ -108,7 +108,8 @@ def _guitar(tree, source, overrides):
         raise _sentence("the settings" if by_hand else source, error) from None
 
 
-def _tree(text, source):
+def parse_toml(text, source):
+    """TOML text as nested dicts and lists; what is no TOML is refused by the name ``source``."""
     try:
         return tomllib.loads(text)
     except ValueError as error:  # not only TOMLDecodeError: whole numbers of thousands of digits

@@ -13,23 +13,24 @@ from .definition import DAMPING_VELOCITIES, PASSES
 _OPTIONS = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
 
 
-def run(system, motion, step, pushes, shapes, b, keep, damping_velocity="predicted"):
+def run(system, motion, step, pushes, shapes, b, kept_steps, damping_velocity="predicted"):
     """The same as `ukrt.reference.definition.run`."""
-    n_kept, n = len(pushes) // keep, system.count
+    n_kept, n = len(kept_steps), system.count
     kept_q, kept_v = np.empty((n_kept, n)), np.empty((n_kept, n))
     kept_force = np.empty((n_kept, len(system.A)))
     strings = [(y.start, z.start, y.stop - y.start) for y, z in zip(system.strings_y, system.strings_z, strict=True)]
     kappa = np.concatenate([modes.kappa for modes in system.modes])
+    runs, values = _runs(system.A)
     elasticity = np.array([modes.axial_stiffness / (2.0 * modes.length) for modes in system.modes])
     _run(
         motion,
         (1.0 / system.mass, system.stiffness, system.loss),
-        (*_runs(system.A), system.compliance),
+        (runs, values, values / system.mass, system.compliance),
         (*_runs(system.dampers), len(system.dampers)),
         (*_runs(shapes), pushes),
         (np.array(strings).reshape(-1, 3), kappa, elasticity),
         b,
-        (step, DAMPING_VELOCITIES[damping_velocity] * step, keep),
+        (step, DAMPING_VELOCITIES[damping_velocity] * step, kept_steps.start, kept_steps.step, PASSES),
         (kept_q, kept_v, kept_force),
     )
     return kept_q, kept_v, kept_force
@@ -63,7 +64,7 @@ def _runs(rows):
 def _gather(runs, values, vector, out, sign):
     """Add ``sign`` rows . vector to ``out``."""
     for k in range(len(runs)):
-        row, start, stop = runs[k]
+        row, start, stop = runs[k, 0], runs[k, 1], runs[k, 2]
         total = 0.0
         for n in range(start, stop):
             total += values[k, n] * vector[n]
@@ -74,7 +75,7 @@ def _gather(runs, values, vector, out, sign):
 def _scatter(runs, values, weights, out, sign):
     """Add ``sign`` rows^T . weights to ``out``."""
     for k in range(len(runs)):
-        row, start, stop = runs[k]
+        row, start, stop = runs[k, 0], runs[k, 1], runs[k, 2]
         weight = sign * weights[row]
         if weight != 0.0:
             for n in range(start, stop):
@@ -86,7 +87,7 @@ def _stretch(strings, kappa, elasticity, q, force):
     """Kirchhoff-Carrier (Eq. 20) of every string that has an axial stiffness."""
     first = 0
     for s in range(len(strings)):
-        on_y, on_z, count = strings[s]
+        on_y, on_z, count = strings[s, 0], strings[s, 1], strings[s, 2]
         if elasticity[s] > 0.0:
             total = 0.0
             for n in range(count):
@@ -101,11 +102,12 @@ def _stretch(strings, kappa, elasticity, q, force):
 @numba.njit(**_OPTIONS)
 def _run(motion, diagonals, constraints, dampers, forcing, stretching, b, times, kept):
     lightness, stiffness, loss = diagonals
-    runs, values, compliance = constraints
+    runs, values, per_mass, compliance = constraints
     damper_runs, damper_values, n_dampers = dampers
     push_runs, push_values, pushes = forcing
     strings, kappa, elasticity = stretching
-    step, ahead, keep = times
+    step, ahead, first_kept, keep, passes = times
+    done = 0
     q, v, a = motion[0], motion[1], motion[2]
     n_modes, n_rows = len(q), b.shape[1]
     force, early = np.empty(n_modes), np.empty(n_modes)
@@ -125,20 +127,20 @@ def _run(motion, diagonals, constraints, dampers, forcing, stretching, b, times,
         _stretch(strings, kappa, elasticity, q, force)
         for n in range(n_modes):
             a[n] = force[n] * lightness[n]
-        total[:] = 0.0
-        for _ in range(PASSES):
-            missing[:] = b[k]
+        for row in range(n_rows):
+            total[row] = 0.0
+        for _ in range(passes):
+            for row in range(n_rows):
+                missing[row] = b[k, row]
             _gather(runs, values, a, missing, -1.0)
             for row in range(n_rows):
                 reaction[row] = 0.0
                 for other in range(n_rows):
                     reaction[row] += compliance[row, other] * missing[other]
                 total[row] += reaction[row]
-            force[:] = 0.0
-            _scatter(runs, values, reaction, force, 1.0)
-            for n in range(n_modes):
-                a[n] += force[n] * lightness[n]
+            _scatter(runs, per_mass, reaction, a, 1.0)
         for n in range(n_modes):
             v[n] += 0.5 * step * a[n]
-        if (k + 1) % keep == 0:
-            kept[0][k // keep], kept[1][k // keep], kept[2][k // keep] = q, v, total
+        if done < len(kept[0]) and k == first_kept + keep * done:
+            kept[0][done], kept[1][done], kept[2][done] = q, v, total
+            done += 1

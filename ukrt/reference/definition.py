@@ -43,7 +43,7 @@ def accelerations(system, q, v, push, b):
     return acceleration, reaction
 
 
-def run(system, motion, step, pushes, shapes, b, keep, damping_velocity="predicted"):
+def run(system, motion, step, pushes, shapes, b, kept_steps, damping_velocity="predicted"):
     """Steps of velocity-Verlet.
 
     Parameters
@@ -58,14 +58,14 @@ def run(system, motion, step, pushes, shapes, b, keep, damping_velocity="predict
         Where and in which direction they push.
     b : ndarray (n_steps, n_rows) [m/s^2]
         At the end of each step.
-    keep : int
-        Every ``keep``-th step is kept, the first after ``keep`` steps.
+    kept_steps : range
+        Which steps are kept: 0 is the first.
     damping_velocity : {"predicted", "half-step"}
 
     Returns
     -------
-    kept_q, kept_v : ndarray (n_steps // keep, n) [m], [m/s]
-    kept_force : ndarray (n_steps // keep, n_rows) [N]
+    kept_q, kept_v : ndarray (n_kept, n) [m], [m/s]
+    kept_force : ndarray (n_kept, n_rows) [N]
     """
     q, v, a = motion
     ahead = DAMPING_VELOCITIES[damping_velocity] * step
@@ -75,9 +75,10 @@ def run(system, motion, step, pushes, shapes, b, keep, damping_velocity="predict
         half, early = v + 0.5 * step * a, v + ahead * a
         a, force = accelerations(system, q, early, pushes[k] @ shapes, b[k])
         v = half + 0.5 * step * a
-        if (k + 1) % keep == 0:
+        if k in kept_steps:
             kept_q.append(q)
             kept_v.append(v)
             kept_force.append(force)
     motion[:] = q, v, a
-    return np.array(kept_q), np.array(kept_v), np.array(kept_force)
+    sizes = system.count, system.count, len(system.A)
+    return tuple(np.array(kept).reshape(-1, n) for kept, n in zip((kept_q, kept_v, kept_force), sizes, strict=True))

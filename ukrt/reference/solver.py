@@ -15,6 +15,7 @@ from .system import make_system
 
 FORMS = {"compiled": compiled.run, "numpy": definition.run}
 CHUNK = 256  # kept samples that are computed at once
+UNBOUNDED = 1e3  # m: no string goes that far
 
 
 @dataclass(frozen=True)
@@ -46,15 +47,15 @@ def simulate(case, form="compiled", damping_velocity="predicted", progress=None)
     Raises
     ------
     ParameterError
-        A step too long for the basis (Verlet is stable below omega dt = 2).
+        A step too long for the basis (Verlet is stable below omega dt = 2), or with which the motion grew without end.
     """
     began = time.perf_counter()
     guitar, step = case.instrument, case.step
     n_steps = int(round(case.duration / step))
     keep = max(1, int(np.ceil(1.0 / (case.record.rate_hz * step) - 1e-9)))
     check_step(make_system(guitar, case.held_points(0.0)), step)
-    observer, system, motion, landing = Observer(case, step * keep), None, None, None
-    for part in stretches(case, n_steps, keep):
+    observer, system, motion, landing = Observer(case), None, None, None
+    for part in stretches(case, n_steps):
         system, motion, landing = _next_system(case, part, system, motion, landing)
         if not len(observer.times):
             observer.start(system, motion)
@@ -63,10 +64,11 @@ def simulate(case, form="compiled", damping_velocity="predicted", progress=None)
         while first < part.last:
             last = min(first + CHUNK * keep, part.last)
             at = step * np.arange(first + 1, last + 1)
-            kept = FORMS[form](
-                system, motion, step, pushes(at), shapes, landing.accelerations(at, step), keep, damping_velocity
-            )
-            observer.add(system, at[keep - 1 :: keep], *kept, landing)
+            b = landing.accelerations(at, step)
+            kept = range((-first - 1) % keep, last - first, keep)
+            found = FORMS[form](system, motion, step, pushes(at), shapes, b, kept, damping_velocity)
+            check_motion(motion, step, last * step)
+            observer.observe(system, at[kept.start :: keep], *found, landing)
             first = last
             if progress:
                 progress(last / n_steps)
@@ -90,13 +92,27 @@ def check_step(system, step):
         raise ParameterError("step", step, words)
 
 
-def stretches(case, n_steps, keep):
-    """Parts of the run with constant held points, cut at whole multiples of ``keep`` steps."""
+def check_motion(motion, step, time):
+    """Refuse a step with which the motion (3, n) has grown beyond all bounds: dampers and stretching may ask for less.
+
+    Of a pure damper alone the limit is c h phi M^-1 phi^T < 1 with the predicted velocity.
+    """
+    if not (np.abs(motion[0]) < UNBOUNDED).all():
+        words = f"it is too long for this case: at {time:.3g} s the motion had grown beyond all bounds"
+        raise ParameterError("step", step, words)
+
+
+def stretches(case, n_steps):
+    """Parts of the run with constant held points, cut at whole steps (list of Stretch)."""
     times = {0.0} | {one.start for one in case.held} | {one.end for one in case.held}
-    cuts = sorted({keep * int(round(t / (case.step * keep))) for t in times if t < case.duration} | {n_steps})
-    cuts = [cut for cut in cuts if cut <= n_steps]
-    middle = [0.5 * (a + b) * case.step for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
-    return [Stretch(a, b, case.held_points(t)) for a, b, t in zip(cuts[:-1], cuts[1:], middle, strict=True)]
+    cuts = sorted({int(round(t / case.step)) for t in times if t < case.duration} | {n_steps})
+    parts = []
+    for first, last in zip(cuts[:-1], cuts[1:], strict=True):
+        held = case.held_points(0.5 * (first + last) * case.step)
+        if parts and parts[-1].held == held:
+            first = parts.pop().first
+        parts.append(Stretch(first, last, held))
+    return parts
 
 
 def _next_system(case, part, before, motion, landing):
