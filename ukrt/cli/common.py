@@ -54,8 +54,8 @@ def assignment(text):
     return key.strip(), value.strip()
 
 
-def add_set_option(parser, words):
-    """``--set``."""
+def add_set_option(parser, words, keys="`ukrt presets NAME` prints"):
+    """``--set``; ``keys`` say where the legal keys are seen."""
     parser.add_argument(
         "--set",
         dest="overrides",
@@ -63,7 +63,7 @@ def add_set_option(parser, words):
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help=f"{words}, by the dotted key that `ukrt presets NAME` prints; may be repeated",
+        help=f"{words}, by the dotted key that {keys}; may be repeated",
     )
 
 
@@ -136,12 +136,17 @@ def clock_time(seconds):
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def make_engine(guitar, rate, **options):
-    """An engine for ``guitar``; says so where it has to be compiled first, which takes a while."""
+def announce_compiling(last):
+    """Say so where the engine has to be compiled first, which takes a while; ``last`` is what is compiled last."""
     from ..engine.kernels.jit import cache_folder
 
-    if not any(pathlib.Path(cache_folder()).rglob("*callback*.nbi")):  # what is compiled last
+    if not any(pathlib.Path(cache_folder()).rglob(f"*{last}*.nbi")):
         say("compiling the engine for this machine; this is done once and takes one to two minutes")
+
+
+def make_engine(guitar, rate, **options):
+    """An engine for ``guitar``; says so where it has to be compiled first."""
+    announce_compiling("callback")
     from ..engine.engine import Engine
 
     return Engine(guitar, float(rate), **options)

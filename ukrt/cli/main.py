@@ -11,7 +11,7 @@ import threading
 
 from .. import __version__
 from ..errors import UkrtError
-from . import bench, devices, doctor, figures, identify, ir, play, presets, render
+from . import bench, devices, doctor, figures, identify, ir, play, presets, render, simulate
 from .common import Parser
 
 _EPILOG = """\
@@ -22,6 +22,7 @@ examples:
   ukrt presets classical > mine.toml   a guitar to change; then: ukrt play --preset mine.toml
   ukrt identify bass.wav -o mine.toml  the body of a guitar from measured responses of its bridge
   ukrt ir hammer.wav mic.wav -o ir.wav its sound from records of a hammer and a microphone
+  ukrt simulate case.toml -o out.npz   a numerical experiment; ukrt simulate --template prints one
   ukrt doctor                          why it crackles, and what to do about it
   ukrt bench                           how many times faster than real time this machine is
   ukrt figures 6 -o figs               a figure of the paper, the data behind it, numbers beside the paper's
@@ -35,7 +36,7 @@ def make_parser():
     parser = Parser(prog="ukrt", description="A nylon-string guitar computed from its physics.", epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=f"ukrt {__version__}")
     commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
-    for module in (render, play, devices, presets, identify, ir, bench, doctor, figures):
+    for module in (render, play, devices, presets, identify, ir, simulate, figures, bench, doctor):
         module.add_parser(commands)
     return parser
 
