@@ -11,7 +11,7 @@ import ukrt
 from ukrt.cli.main import main
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-COMMANDS = ("render", "play", "devices", "presets", "bench", "figures")
+COMMANDS = ("render", "play", "devices", "presets", "simulate", "bench", "figures")
 
 
 def refused(capsys, *argv):
