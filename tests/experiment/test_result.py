@@ -76,6 +76,24 @@ def test_what_is_no_result(tmp_path, name, content, words):
         load_result(tmp_path / name)
 
 
+@pytest.mark.parametrize("suffix", ["npz", "h5"])
+@pytest.mark.parametrize("damage", ["cut", "flipped"])
+def test_a_damaged_result(tmp_path, result, suffix, damage):
+    if suffix == "h5":
+        pytest.importorskip("h5py")
+    path = tmp_path / f"out.{suffix}"
+    save_result(result, path)
+    content = bytearray(path.read_bytes())
+    if damage == "cut":
+        content = content[: len(content) // 2]
+    else:
+        start = content.find(b"bridge_force.npy" if suffix == "npz" else b"GCOL") + 60
+        content[start : start + 100] = bytes(255 - byte for byte in content[start : start + 100])
+    path.write_bytes(content)
+    with pytest.raises(UkrtError, match="no result"):
+        load_result(path)
+
+
 def test_an_npz_of_something_else(tmp_path):
     np.savez(tmp_path / "out.npz", times=np.zeros(3))
     with pytest.raises(UkrtError, match="no result"):

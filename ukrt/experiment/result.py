@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import zipfile
+import zlib
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -148,9 +149,9 @@ def load_result(path):
         arrays, metadata = _read(path)
         about = metadata["quantities"]
         quantities = {name: Quantity(arrays[name], one["unit"], tuple(one["columns"])) for name, one in about.items()}
-        case = parse_case(metadata["case"], f"{path}: its case")
-        return Result(case, metadata["solver"], arrays["times"], quantities, metadata["facts"])
-    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+        times, case = quantities.pop("times").values, parse_case(metadata["case"], f"{path}: its case")
+        return Result(case, metadata["solver"], times, quantities, metadata["facts"])
+    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile, zlib.error):
         raise UkrtError(f"{path} is no result that `ukrt simulate` wrote, or it is damaged") from None
 
 
