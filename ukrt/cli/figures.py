@@ -4,7 +4,7 @@ import argparse
 import contextlib
 import time
 
-from .common import add_command, make_console, need_matplotlib, say
+from .common import add_command, announce_compiling, make_console, need_matplotlib, say
 
 _EPILOG = """\
 Each figure becomes figure_NN.png, the data behind it with units and cases (figure_NN.npz) and its numbers beside the
@@ -53,6 +53,8 @@ def run(args):
 
     need_matplotlib("ukrt figures")
     folder = check_folder(args.output)
+    if args.solver == "engine":
+        announce_compiling("advance")
     wanted = NUMBERS if _ALL in args.numbers else sorted(set(args.numbers))
     made = {}
     with _Progress(len(wanted)) as progress:
