@@ -1,5 +1,7 @@
-"""Independent check of the instrument: poles of the coupled guitar from continuous receptances, without the model."""
+"""Independent check of the instrument: poles and admittances of the coupled guitar from continuous receptances, without
+the model."""
 
+from .admittance import OnBridge, OnString, admittance, admittance_residues, bridge_forces
 from .constants import BODY, STRINGS, BodyData, ContactData, StringData, make_body, make_guitar
 from .continuous import System, decay, frequency, make_system, poles
 from .contour import poles_between
@@ -7,7 +9,7 @@ from .loudness import bridge_residues, loudest_partials, span_share
 from .partials import body_poles, string_like, string_partials
 
 __all__ = [
-    "BODY", "STRINGS", "BodyData", "ContactData", "StringData", "System", "body_poles", "bridge_residues", "decay",
-    "frequency", "loudest_partials", "make_body", "make_guitar", "make_system", "poles", "poles_between", "span_share",
-    "string_like", "string_partials",
+    "BODY", "STRINGS", "BodyData", "ContactData", "OnBridge", "OnString", "StringData", "System", "admittance",
+    "admittance_residues", "body_poles", "bridge_forces", "bridge_residues", "decay", "frequency", "loudest_partials",
+    "make_body", "make_guitar", "make_system", "poles", "poles_between", "span_share", "string_like", "string_partials",
 ]

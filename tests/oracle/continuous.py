@@ -24,7 +24,9 @@ class System:
     """Chosen strings with chosen contacts, on a body or (body None, or no modes) on a rigid bridge.
 
     `contacts` is one tuple of contacts per string; `bridge_compliance` scales what the bridge yields (0: rigid), for
-    the homotopies of `partials`. `n_modes`, where given, cuts every string there instead of at `cut_hz`.
+    the homotopies of `partials`; so does `tail` what the modes above `basis_hz` yield. `n_modes`, where given, cuts
+    every string there instead of at `cut_hz`. `step` [s] looks at the system through the differences of a
+    velocity-Verlet scheme (see `differences`); 0 is continuous time.
     """
 
     strings: tuple
@@ -33,6 +35,9 @@ class System:
     cut_hz: float = CUT_HZ
     n_modes: int | None = None
     bridge_compliance: float = 1.0
+    basis_hz: float = np.inf
+    tail: float = 1.0
+    step: float = 0.0
 
     def __post_init__(self):
         for string, contacts in zip(self.strings, self.contacts, strict=True):
@@ -97,6 +102,27 @@ def string_weights(string, places, cut_hz, n_modes):
     return omega**2, loss, np.ascontiguousarray(pairs.reshape(-1, p.size).T.astype(complex))
 
 
+@lru_cache(maxsize=256)
+def in_basis(string, basis_hz, cut_hz, n_modes):
+    """1 for the modes of `string_modes` up to `basis_hz`, 0 for those above: (modes,)."""
+    return (string_modes(string, cut_hz, n_modes)[1] <= 2.0 * np.pi * basis_hz).astype(float)
+
+
+def differences(s, step):
+    """What stands for d2/dt2 and d/dt of exp(s t), and both derivatives with respect to s: four of the shape of s.
+
+    Continuous time (step 0): s^2 and s. Velocity-Verlet with the velocity of the losses predicted one step ahead:
+    eliminate v and a from q+ = q + h v + h^2 a / 2, v+ = v + h (a + a+) / 2 and a+ = f(q+, v + h a), with everything
+    times z = exp(s h) a step: a = (z - 1)^2 / (z h^2) q, and (v + h a) / z = (3 - 4 / z + 1 / z^2) / (2 h) q: the
+    central second difference, and the backward first difference of second order.
+    """
+    if step == 0.0:
+        return s**2, s, 2.0 * s, np.ones_like(s)
+    half, back = 0.5 * step * s, np.exp(-step * s)
+    second, second_slope = (2.0 / step * np.sinh(half)) ** 2, 2.0 / step * np.sinh(2.0 * half)
+    return second, (3.0 - 4.0 * back + back**2) / (2.0 * step), second_slope, 2.0 * back - back**2
+
+
 @lru_cache(maxsize=64)
 def body_modes(body, positions):
     """omega^2, 2 zeta omega and masses of the body's modes, and their shapes at the strings: (strings, modes)."""
@@ -114,31 +140,35 @@ def receptances(system, s):
     """
     s = np.atleast_1d(np.asarray(s, complex))
     sizes = [1 + len(c) for c in system.contacts]
-    starts = np.concatenate(([0], np.cumsum(sizes)))
+    starts = np.cumsum([0, *sizes])
     matrix = np.zeros((s.size, starts[-1], starts[-1]), complex)
     slope = np.zeros_like(matrix)
     trace = np.zeros(s.size, complex)
+    second, first, second_slope, first_slope = (part[:, None] for part in differences(s, system.step))
     for string, contacts, start, size in zip(system.strings, system.contacts, starts, sizes, strict=False):
         omega2, loss, weights = string_weights(string, ports(string, contacts), system.cut_hz, system.n_modes)
-        inverse = 1.0 / ((s[:, None] + loss) * s[:, None] + omega2)
-        log_slope = (2.0 * s[:, None] + loss) * inverse
+        inverse = 1.0 / (second + loss * first + omega2)
+        log_slope = (second_slope + loss * first_slope) * inverse
         trace += log_slope.sum(axis=1)
+        if system.tail != 1.0:
+            inside = in_basis(string, system.basis_hz, system.cut_hz, system.n_modes)
+            inverse = inverse * (inside + system.tail * (1.0 - inside))
         block = slice(start, start + size)
         matrix[:, block, block] = (inverse @ weights).reshape(-1, size, size)
         slope[:, block, block] = -((log_slope * inverse) @ weights).reshape(-1, size, size)
         for port, contact in enumerate(contacts, start + 1):
             if contact.rigid:
                 continue
-            den = (contact.mass * s + contact.damping) * s + contact.stiffness
-            den_slope = 2.0 * contact.mass * s + contact.damping
+            den = (contact.mass * second + contact.damping * first)[:, 0] + contact.stiffness
+            den_slope = (contact.mass * second_slope + contact.damping * first_slope)[:, 0]
             matrix[:, port, port] += 1.0 / den
             slope[:, port, port] -= den_slope / den**2
             trace += den_slope / den
     if system.body is not None and len(system.body.frequencies_hz):
         positions = tuple(string.bridge_position for string in system.strings)
         omega2, loss, mass, shapes = body_modes(system.body, positions)
-        inverse = 1.0 / ((s[:, None] + loss) * s[:, None] + omega2)
-        log_slope = (2.0 * s[:, None] + loss) * inverse
+        inverse = 1.0 / (second + loss * first + omega2)
+        log_slope = (second_slope + loss * first_slope) * inverse
         trace += log_slope.sum(axis=1)
         bridge = np.ix_(np.arange(s.size), starts[:-1], starts[:-1])
         scale = system.bridge_compliance / mass

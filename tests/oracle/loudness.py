@@ -7,7 +7,7 @@ from .contour import poles_between
 from .partials import rigid_guess, sounding_span, string_partials
 
 
-def _null_vector(system, pole):
+def null_vector(system, pole):
     """Port forces lambda with D(pole) lambda = 0, and lambda^T D' lambda (D is symmetric)."""
     matrix, slope, _ = receptances(system, pole)
     vector = np.linalg.svd(matrix[0])[2][-1].conj()
@@ -29,7 +29,7 @@ def bridge_residues(system, found, string, pluck_place):
     omega2, loss, _ = string_weights(system.strings[string], places, system.cut_hz, system.n_modes)
     result = []
     for pole in np.atleast_1d(found):
-        vector, scale = _null_vector(system, pole)
+        vector, scale = null_vector(system, pole)
         drive = shapes @ (1.0 / (pole**2 + loss * pole + omega2))
         result.append(-vector[first] * (vector[first : first + size] @ drive) / scale)
     return np.array(result)
@@ -43,7 +43,7 @@ def span_share(system, pole, string):
     data, contacts = system.strings[string], system.contacts[string]
     span, _ = sounding_span(data, contacts)
     first = sum(1 + len(c) for c in system.contacts[:string])
-    vector, _ = _null_vector(system, pole)
+    vector, _ = null_vector(system, pole)
     p, omega, loss, _ = string_modes(data, min(system.cut_hz, 20e3), system.n_modes)
     places = np.array(ports(data, contacts))
     drive = vector[first : first + places.size] @ np.sin(places[:, None] * p)
