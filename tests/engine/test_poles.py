@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine.kernel_poles_setup import (
+from accuracy import (
     PARTIALS,
     Note,
     broken_limits,

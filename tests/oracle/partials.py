@@ -15,7 +15,7 @@ from .continuous import body_modes, newton, poles
 COARSE_CUT_HZ = 40e3  # enough to follow a pole; the last Newton uses all modes
 
 
-def _follow(make, start, end, seeds, first_step=0.125):
+def follow(make, start, end, seeds, first_step=0.125):
     """Follow poles of make(t) from t = start to end, with as many steps as Newton needs to stay close.
 
     A step is kept when Newton settles fast and lands near the linear prediction, compared with the move itself.
@@ -71,11 +71,11 @@ def string_partials(system, string, n_partials):
     seeds = rigid_guess(alone.strings[0], contacts, n_partials)
     if contacts:
         seeds = poles(replace(alone, contacts=(_yielding(contacts, 0.0),)), seeds)
-        seeds = _follow(lambda u: replace(alone, contacts=(_yielding(contacts, u),)), 0.0, 1.0, seeds)
+        seeds = follow(lambda u: replace(alone, contacts=(_yielding(contacts, u),)), 0.0, 1.0, seeds)
     else:
         seeds = poles(alone, seeds)
     if system.body is not None and len(system.body.frequencies_hz):
-        seeds = _follow(lambda t: replace(whole, bridge_compliance=t * system.bridge_compliance), 0.0, 1.0, seeds)
+        seeds = follow(lambda t: replace(whole, bridge_compliance=t * system.bridge_compliance), 0.0, 1.0, seeds)
     return _distinct(poles(system, seeds))
 
 
@@ -109,7 +109,7 @@ def body_poles(system):
     seeds = -0.5 * loss + 1j * np.sqrt(omega2 - 0.25 * loss**2)
     seeds += 0.05 + 0.05j  # rad/s: beside the free mode, not on it, where N(s) would be a difference of huge numbers
     coarse = system if system.n_modes else replace(system, cut_hz=min(system.cut_hz, COARSE_CUT_HZ))
-    seeds = _follow(lambda t: replace(coarse, bridge_compliance=t * system.bridge_compliance), 0.0, 1.0, seeds)
+    seeds = follow(lambda t: replace(coarse, bridge_compliance=t * system.bridge_compliance), 0.0, 1.0, seeds)
     return _distinct(poles(system, seeds))
 
 
