@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""The table of poles: every string, fret and finger, the engine's own motion against the tests' oracle, and the worst.
+"""The table of poles: every string, fret and finger, either solver's own motion against the tests' oracle, and the worst.
 
-Enter a sample rate; leave, for the classical preset's body with all six strings, the errors of pitch [cents] and decay
-rate [%] of partials 1-5 and 8. Oracle and measuring tools come from the checkout's ``tests``, put on the path here:
+For the classical preset's body with all six strings, linear: errors of pitch [cents] and decay rate [%] of partials 1-5
+and 8. Oracle and measuring tools come from the checkout's ``tests``, put on the path here:
 
-    python tools/pole_table.py --rate 48000
+    python tools/pole_table.py                                                    # the engine at 48 kHz
+    python tools/pole_table.py --rates 44100,48000,96000 --solver both --jobs 4 --plot accuracy.png
 """
 
 import argparse
@@ -14,89 +15,78 @@ import sys
 import time
 
 from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from engine.kernel_poles_setup import FRETS, PARTIALS, Note, broken_limits, compare  # noqa: E402
+from accuracy import CONTACTS, PAPER, Scheme, all_notes  # noqa: E402
+from accuracy_tables import options as kinds  # noqa: E402
+from accuracy_tables.plot import draw  # noqa: E402
+from accuracy_tables.record import as_record  # noqa: E402
+from accuracy_tables.tables import (  # noqa: E402
+    beside_table,
+    broken,
+    exceptions,
+    notes_table,
+    theory_words,
+    worst_table,
+)
+from accuracy_tables.work import compare_all  # noqa: E402
+
+RATES = (44100.0, 48000.0, 88200.0, 96000.0, 192000.0)
+LIMITS_AT = 48000.0  # Hz: the rate that the project's limits are stated for
 
 
-def all_notes(polarization):
-    """Six strings, open and at every fret of the list with one and with three contacts."""
-    fingers = {fret: (1, 3) if fret else (0,) for fret in FRETS}
-    return [Note(s, fret, n, polarization) for n in (0, 1, 3) for s in range(6) for fret in FRETS if n in fingers[fret]]
+def parse(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--solver", choices=("engine", "reference", "both"), default="engine")
+    parser.add_argument("--rates", type=kinds.one_of_each(RATES), default=(48000.0,), help="of the engine [Hz]")
+    parser.add_argument("--frets", type=kinds.whole_numbers(0, 19), default="0-19", help="such as 0,5,12 or 0-19")
+    parser.add_argument("--contacts", type=kinds.one_of_each(CONTACTS), default="0,1,3,5", help="0: open strings")
+    parser.add_argument("--polarization", choices=("Y", "Z"), default="Y", help="Y meets the body, Z does not")
+    parser.add_argument("--jobs", type=kinds.jobs, default=1, help="processes (default: 1)")
+    parser.add_argument("--short", action="store_true", help="without the row of every note")
+    parser.add_argument("--json", action="store_true", help="print the whole table as JSON instead")
+    parser.add_argument("--plot", type=kinds.picture, metavar="FILE.png", help="draw the errors over the frets")
+    return parser.parse_args(arguments)
 
 
-def as_record(result):
-    """A `Comparison` as plain numbers for JSON."""
-    note = result.note
-    return {
-        "string": note.string,
-        "fret": note.fret,
-        "contacts": note.n_contacts,
-        "polarization": note.polarization,
-        "partials": list(result.partials),
-        "frequencies_hz": result.frequencies_hz.tolist(),
-        "decay_rates": result.decay_rates.tolist(),
-        "cents": result.cents.tolist(),
-        "decay_errors": result.decay_errors.tolist(),
-    }
-
-
-def notes_table(results):
-    """Every note in one row: cents, then per cent of the decay rate."""
-    table = Table("note", *(f"{n}: cents" for n in PARTIALS), *(f"{n}: %" for n in PARTIALS))
-    for result in results:
-        by_partial = dict(zip(result.partials, zip(result.cents, result.decay_errors, strict=True), strict=True))
-        cells = [by_partial.get(n) for n in PARTIALS]
-        cents = [f"{cell[0]:.3f}" if cell else "above the basis" for cell in cells]
-        losses = [f"{100 * cell[1]:.2f}" if cell else "" for cell in cells]
-        table.add_row(str(result.note), *cents, *losses)
-    return table
-
-
-def worst_table(results):
-    """For each number of contacts and each partial the largest errors and the notes they belong to."""
-    table = Table("contacts", "partial", "worst cents", "of", "worst decay %", "of")
-    for n_contacts in (0, 1, 3):
-        for n in PARTIALS:
-            rows = [
-                (result.cents[k], result.decay_errors[k], str(result.note))
-                for result in results
-                if result.note.n_contacts == n_contacts
-                for k, partial in enumerate(result.partials)
-                if partial == n
-            ]
-            cents, loss = max(rows, key=lambda row: abs(row[0])), max(rows, key=lambda row: abs(row[1]))
-            table.add_row(str(n_contacts), str(n), f"{cents[0]:+.4f}", cents[2], f"{100 * loss[1]:+.3f}", loss[2])
-    return table
+def report(options, results, seconds):
+    """Print the tables; what is broken and where the engine is not the better one, by name."""
+    out = Console(width=None if sys.stdout.isatty() else 200)
+    if not options.short:
+        out.print(notes_table(results))
+    out.print(worst_table(results))
+    if options.solver == "both":
+        out.print(beside_table(results))
+        words = exceptions(results)
+        out.print(f"the engine's error is not below the paper's: {len(words)}", *words, sep="\n", highlight=False)
+    if options.solver != "engine":
+        out.print(theory_words(results), highlight=False)
+    for scheme, words in broken(results).items():
+        about = "limits broken" if scheme.rate == LIMITS_AT else "beyond the limits that are stated for 48 kHz"
+        out.print(f"{scheme}: {about}: {len(words)}", *words, sep="\n", highlight=False)
+    out.print(f"{len(results)} comparisons in {seconds:.0f} s", highlight=False)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rate", type=float, default=48000.0, help="sample rate [Hz] (default: 48000)")
-    parser.add_argument("--polarization", choices=("Y", "Z"), default="Y", help="Y meets the body, Z does not")
-    parser.add_argument("--json", action="store_true", help="print the whole table as JSON instead")
-    options = parser.parse_args()
-    began, console = time.perf_counter(), Console(stderr=True)
-    notes = all_notes(options.polarization)
-    results = [compare(note, options.rate) for note in track(notes, "notes", console=console)]
+    options = parse()
+    began = time.perf_counter()
+    notes = all_notes(options.frets, tuple(int(n) for n in options.contacts), polarization=options.polarization)
+    schemes = [Scheme("engine", rate) for rate in options.rates] if options.solver != "reference" else []
+    schemes += [PAPER] if options.solver != "engine" else []
+    results = compare_all([(note, scheme) for note in notes for scheme in schemes], options.jobs)
+    results.sort(key=lambda result: schemes.index(result.scheme))  # stable: notes keep their order
     seconds = time.perf_counter() - began
-    broken = [words for result in results for words in broken_limits(result)]
+    if options.plot:
+        draw(options.plot, results)
     if options.json:
+        words = {str(scheme): found for scheme, found in broken(results).items()}
         rows = [as_record(result) for result in results]
-        table = {"sample_rate": options.rate, "seconds": seconds, "notes": rows, "broken_limits": broken}
-        print(json.dumps(table, indent=1))
+        print(json.dumps({"seconds": seconds, "notes": rows, "broken_limits": words}, indent=1))
     else:
-        out = Console(width=None if sys.stdout.isatty() else 180)
-        out.print(notes_table(results))
-        out.print(worst_table(results))
-        out.print(f"{len(results)} notes at {options.rate:g} Hz in {seconds:.0f} s; limits broken: {len(broken)}")
-        for words in broken:
-            out.print(words, highlight=False)
-    return 1 if broken else 0
+        report(options, results, seconds)
+    return 1 if any(words for scheme, words in broken(results).items() if scheme.rate == LIMITS_AT) else 0
 
 
 if __name__ == "__main__":

@@ -5,14 +5,14 @@ from .compare import (
     PAPER_STEP,
     Comparison,
     Scheme,
-    broken_limits,
     cents_between,
     compare,
-    limits,
+    errors,
     nearest_poles,
     note_system,
 )
 from .engine_records import engine_record
+from .limits import broken_limits, limits
 from .notes import ALL_FRETS, CONTACTS, PARTIALS, Note, all_notes, linear_guitar
 from .reference_records import reference_record
 from .truth import cut_poles, oracle_poles, oracle_system
@@ -32,6 +32,7 @@ __all__ = [
     "compare",
     "cut_poles",
     "engine_record",
+    "errors",
     "limits",
     "linear_guitar",
     "nearest_poles",

@@ -4,11 +4,21 @@ some frequency and a scheme with some step must make of them, mode by mode, with
 from dataclasses import replace
 
 import numpy as np
-from oracle import ContactData, bridge_residues, make_system, poles, string_partials
+from oracle import (
+    ContactData,
+    bridge_residues,
+    frequency,
+    loudest_near,
+    make_system,
+    poles,
+    rigid_guess,
+    string_partials,
+)
 from oracle.partials import COARSE_CUT_HZ, follow
 
 from .notes import PARTIALS
 
+HOME = 0.25  # of partial 1: how far from the rigidly stopped string's partial the note's own can be
 HEARD_AT = 0.15  # of the string from the bridge: the pluck that decides which of two mixed poles is the note's
 
 
@@ -29,20 +39,31 @@ def oracle_poles(guitar, intonation, string, fret, polarization="Y"):
     """Poles [rad/s] of partials 1 to 8 of one note, the other strings open: ndarray (8,).
 
     Another string in unison may take a label on the way; of the labelled pole and the one that Newton reaches from
-    the string alone on the body, the one is meant that a pluck makes louder at the bridge.
+    the string alone on the body, the one is meant that a pluck makes louder at the bridge. Behind a soft finger the
+    dead length may take one too, and carry it off: a pole that is not where the partial must be is no candidate.
     """
     count = max(PARTIALS)
     alone = oracle_system(guitar, intonation, {string: fret}, polarization, string)
-    found = string_partials(alone, 0, count)
-    if polarization == "Z":  # on a rigid bridge no string knows of another
-        return found
-    whole = oracle_system(guitar, intonation, {string: fret})
-    candidates = np.array([string_partials(whole, string, count), poles(whole, found)])
     place = (1.0 - HEARD_AT) * guitar.strings[string].length
     if fret:
         place = max(place, 0.5 * (guitar.strings[string].length + float(intonation.places[string, fret])))
+    expected = frequency(rigid_guess(alone.strings[0], alone.contacts[0], count))
+    found = _at_home(alone, string_partials(alone, 0, count, distinct=False), expected, place)
+    if polarization == "Z":  # on a rigid bridge no string knows of another
+        return found
+    whole = oracle_system(guitar, intonation, {string: fret})
+    candidates = np.array([string_partials(whole, string, count, distinct=False), poles(whole, found)])
     loud = np.array([np.abs(bridge_residues(whole, row, string, place) / row) for row in candidates])
+    loud[0, np.abs(frequency(candidates[0]) - expected) > HOME * expected[0]] = 0.0
     return candidates[np.argmax(loud, axis=0), np.arange(count)]
+
+
+def _at_home(alone, labelled, expected, place):
+    """Labelled poles of a string, but the loudest near where a partial must be [Hz] for those that went elsewhere."""
+    found, home = labelled.copy(), HOME * expected[0]
+    for n in np.flatnonzero(np.abs(frequency(labelled) - expected) > home):
+        found[n] = loudest_near(alone, expected[n], home, 0, place)
+    return found
 
 
 def cut_poles(system, found, basis_hz, step=0.0):

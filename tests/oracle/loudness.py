@@ -61,17 +61,19 @@ def loudest_partials(system, string, n_partials, pluck_place, reach=0.2):
     """
     labelled = string_partials(system, string, n_partials)
     spacing = frequency(rigid_guess(system.strings[string], system.contacts[string], 1))[0]
-    result = []
-    for pole in labelled:
-        for widen in (1.0, 1.07, 0.93, 1.13, 0.87):  # an edge may touch a pole
-            half = reach * spacing * widen
-            try:
-                near = poles_between(system, frequency(pole) - half, frequency(pole) + half, 200.0)
-                break
-            except RuntimeError:
-                continue
-        else:
-            raise RuntimeError(f"no clean window round {frequency(pole)} Hz")
-        heard = np.abs(bridge_residues(system, near, string, pluck_place) / near)
-        result.append(near[np.argmax(heard)])
-    return np.array(result)
+    place = {"string": string, "pluck_place": pluck_place}
+    return np.array([loudest_near(system, frequency(pole), reach * spacing, **place) for pole in labelled])
+
+
+def loudest_near(system, centre_hz, half_hz, string, pluck_place):
+    """The pole [rad/s] within about centre +- half [Hz] that sounds loudest at the bridge after a pluck [m]."""
+    for widen in (1.0, 1.07, 0.93, 1.13, 0.87):  # an edge may touch a pole
+        try:
+            near = poles_between(system, centre_hz - widen * half_hz, centre_hz + widen * half_hz, 200.0)
+            break
+        except RuntimeError:
+            continue
+    else:
+        raise RuntimeError(f"no clean window round {centre_hz} Hz")
+    heard = np.abs(bridge_residues(system, near, string, pluck_place) / near)
+    return near[np.argmax(heard)]

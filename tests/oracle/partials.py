@@ -57,11 +57,11 @@ def rigid_guess(string, contacts, n_partials):
     return -0.5 * omega * loss / (string.tension + bending) + 1j * omega
 
 
-def string_partials(system, string, n_partials):
+def string_partials(system, string, n_partials, distinct=True):
     """Poles [rad/s] of partials 1..n_partials of one string of a system, in order: ndarray (n_partials,).
 
     Contacts yield from 0 to 1 on a rigid bridge first (that string alone), then the bridge yields from 0 to 1 (every
-    string and contact present).
+    string and contact present). Two labels that end on one pole are refused (RuntimeError) unless distinct is False.
     """
     contacts = system.contacts[string]
     alone = replace(system, strings=(system.strings[string],), contacts=(contacts,), body=None)
@@ -76,7 +76,8 @@ def string_partials(system, string, n_partials):
         seeds = poles(alone, seeds)
     if system.body is not None and len(system.body.frequencies_hz):
         seeds = follow(lambda t: replace(whole, bridge_compliance=t * system.bridge_compliance), 0.0, 1.0, seeds)
-    return _distinct(poles(system, seeds))
+    found = poles(system, seeds)
+    return _distinct(found) if distinct else found
 
 
 def _yielding(contacts, u):
