@@ -40,13 +40,13 @@ LIMITS_AT = 48000.0  # Hz: the rate that the project's limits are stated for
 def parse(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--solver", choices=("engine", "reference", "both"), default="engine")
-    parser.add_argument("--rates", type=kinds.one_of_each(RATES), default=(48000.0,), help="of the engine [Hz]")
-    parser.add_argument("--frets", type=kinds.whole_numbers(0, 19), default="0-19", help="such as 0,5,12 or 0-19")
-    parser.add_argument("--contacts", type=kinds.one_of_each(CONTACTS), default="0,1,3,5", help="0: open strings")
+    parser.add_argument("--rates", type=kinds.one_of_each(RATES), default="48000", metavar="LIST", help="of the engine [Hz]")
+    parser.add_argument("--frets", type=kinds.whole_numbers(0, 19), default="0-19", metavar="LIST", help="such as 0,5,12 or 0-19")
+    parser.add_argument("--contacts", type=kinds.one_of_each(CONTACTS), metavar="LIST", default="0,1,3,5", help="0: open strings")
     parser.add_argument("--polarization", choices=("Y", "Z"), default="Y", help="Y meets the body, Z does not")
     parser.add_argument("--jobs", type=kinds.jobs, default=1, help="processes (default: 1)")
     parser.add_argument("--short", action="store_true", help="without the row of every note")
-    parser.add_argument("--json", action="store_true", help="print the whole table as JSON instead")
+    parser.add_argument("--json", type=kinds.file("json"), metavar="FILE.json", help="write all numbers to this file")
     parser.add_argument("--plot", type=kinds.picture, metavar="FILE.png", help="draw the errors over the frets")
     return parser.parse_args(arguments)
 
@@ -83,9 +83,8 @@ def main():
     if options.json:
         words = {str(scheme): found for scheme, found in broken(results).items()}
         rows = [as_record(result) for result in results]
-        print(json.dumps({"seconds": seconds, "notes": rows, "broken_limits": words}, indent=1))
-    else:
-        report(options, results, seconds)
+        options.json.write_text(json.dumps({"seconds": seconds, "notes": rows, "beyond_limits": words}, indent=1))
+    report(options, results, seconds)
     return 1 if any(words for scheme, words in broken(results).items() if scheme.rate == LIMITS_AT) else 0
 
 

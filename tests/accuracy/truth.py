@@ -1,6 +1,7 @@
 """What the poles of a note should be: the oracle's, in continuous time with modes to 400 kHz; and what a basis cut at
 some frequency and a scheme with some step must make of them, mode by mode, without running it."""
 
+import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from oracle import (
     make_system,
     poles,
     rigid_guess,
+    span_share,
     string_partials,
 )
 from oracle.partials import COARSE_CUT_HZ, follow
@@ -19,6 +21,7 @@ from oracle.partials import COARSE_CUT_HZ, follow
 from .notes import PARTIALS
 
 HOME = 0.25  # of partial 1: how far from the rigidly stopped string's partial the note's own can be
+DEAD = 0.2  # share of a pole's energy in the sounding span below which it is the dead length's
 HEARD_AT = 0.15  # of the string from the bridge: the pluck that decides which of two mixed poles is the note's
 
 
@@ -59,10 +62,16 @@ def oracle_poles(guitar, intonation, string, fret, polarization="Y"):
 
 
 def _at_home(alone, labelled, expected, place):
-    """Labelled poles of a string, but the loudest near where a partial must be [Hz] for those that went elsewhere."""
+    """Labelled poles of a string, but the loudest near where a partial must be [Hz] for those that went elsewhere.
+
+    Where two poles there are too close for the oracle's search, they are the same to any measurement: the label stays.
+    """
     found, home = labelled.copy(), HOME * expected[0]
-    for n in np.flatnonzero(np.abs(frequency(labelled) - expected) > home):
-        found[n] = loudest_near(alone, expected[n], home, 0, place)
+    for n, pole in enumerate(labelled):
+        astray = abs(frequency(pole) - expected[n]) > home
+        if astray or (alone.contacts[0] and span_share(alone, pole, 0) < DEAD):
+            with contextlib.suppress(RuntimeError):
+                found[n] = loudest_near(alone, expected[n], home, 0, place)
     return found
 
 

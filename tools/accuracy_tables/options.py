@@ -38,11 +38,21 @@ def one_of_each(legal):
     return read
 
 
+def file(ending):
+    """A type for argparse: a file with this ending in a folder that exists."""
+
+    def read(text):
+        path = pathlib.Path(text)
+        if path.suffix.lower() != f".{ending}" or not path.resolve().parent.is_dir():
+            raise argparse.ArgumentTypeError(f"{text!r} is not a file *.{ending} in a folder that exists")
+        return path
+
+    return read
+
+
 def picture(text):
     """A type for argparse: a PNG file in a folder that exists, and matplotlib to draw it."""
-    path = pathlib.Path(text)
-    if path.suffix.lower() != ".png" or not path.resolve().parent.is_dir():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a file *.png in a folder that exists")
+    path = file("png")(text)
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError:

@@ -56,7 +56,7 @@ def draw(path, results):
             else:
                 panel.set_xlabel("fret (0: open strings)")
                 panel.set_xticks(range(0, 20, 3))
-    figure.suptitle("Poles of all six strings, partials 1-5, against continuous time with modes to 400 kHz")
+    figure.suptitle("Poles of all six strings, partials 1-5:\nerrors against continuous time with modes to 400 kHz")
     handles, names = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=5, fontsize="small")
+    figure.legend(handles, names, loc="outside lower center", ncols=len(contacts) + 1, fontsize="small")
     figure.savefig(path, dpi=110)
