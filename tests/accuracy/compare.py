@@ -12,7 +12,7 @@ from measure import poles_from_records
 from oracle import decay, frequency
 
 from .engine_records import engine_record
-from .notes import PARTIALS, Note, linear_guitar
+from .notes import PARTIALS, Note, setting
 from .reference_records import reference_record
 from .truth import cut_poles, oracle_poles, oracle_system
 
@@ -44,8 +44,8 @@ class Comparison:
     Each pole of the oracle has one partner in the solver. The engine's is the nearest. The reference's is further away,
     and others (dead lengths, strings in unison) may be nearer: its partner is the one that the oracle's pole becomes
     when the modes beyond the basis fade and time falls into steps (`truth.cut_poles`); ``nearest`` has the errors of
-    the pole that happens to be nearest, the kindest reading. ``cut_cents`` is what the basis alone does, ``own`` what
-    the measured poles have beyond what the oracle, cut and stepped alike, foretells: nothing, if all is right.
+    the pole that happens to be nearest, the kindest reading. ``cut`` is what the basis alone does, ``own`` what the
+    measured poles have beyond what the oracle, cut and stepped alike, foretells: nothing, if all is right.
     """
 
     note: Note
@@ -56,7 +56,7 @@ class Comparison:
     decay_errors: np.ndarray
     scheme: Scheme = Scheme("engine")
     nearest: tuple = ()
-    cut_cents: np.ndarray = ()
+    cut: tuple = ()
     own: tuple = ()
 
     @property
@@ -68,6 +68,16 @@ class Comparison:
     def nearest_distances(self):
         """The same for the nearest poles."""
         return self._distance(*self.nearest) if self.nearest else self.distances
+
+    @property
+    def step_distances(self):
+        """Distance of the reference's poles from those of the oracle with the same basis: what the step alone does."""
+        return self._distance(self.cents - self.cut[0], self.decay_errors - self.cut[1])
+
+    @property
+    def cut_distances(self):
+        """Distance of the cut oracle's poles from the oracle's: what the basis alone does."""
+        return self._distance(*self.cut)
 
     def _distance(self, cents, decay_errors):
         turned = 1200.0 / np.log(2.0) * decay_errors * self.decay_rates / (2.0 * np.pi * self.frequencies_hz)
@@ -82,24 +92,29 @@ def cents_between(found_hz, truth_hz):
 @functools.lru_cache(maxsize=512)
 def truth_of(note):
     """The oracle's poles of partials 1 to 8 of a note [rad/s]: tuple, the same for every scheme."""
-    guitar, intonation = linear_guitar(note.n_contacts)
-    return tuple(oracle_poles(guitar, intonation, note.string, note.fret, note.polarization))
+    guitar, intonation, placed = setting(note)
+    return tuple(oracle_poles(guitar, intonation, placed.string, note.fret, note.polarization))
 
 
 def compare(note, scheme=48000.0):
     """A solver against the oracle for one note: `Comparison`. scheme : `Scheme`, or the engine's sample rate [Hz]."""
     scheme = scheme if isinstance(scheme, Scheme) else Scheme("engine", scheme)
-    guitar, intonation = linear_guitar(note.n_contacts)
+    guitar, intonation, placed = setting(note)
     guitar = replace(guitar, basis=replace(guitar.basis, bandwidth_hz=scheme.basis_hz))
     truth = np.array(truth_of(note))
     partials = tuple(n for n in PARTIALS if frequency(truth[n - 1]) < guitar.basis.bandwidth_hz)
     truth = truth[[n - 1 for n in partials]]
     if scheme.solver == "engine":
-        found = nearest_poles(engine_record(guitar, intonation, note, scheme.rate), scheme.rate, truth)
+        found = nearest_poles(engine_record(guitar, intonation, placed, scheme.rate), scheme.rate, truth)
         more = {}
     else:
-        found, more = _reference_poles(guitar, intonation, note, scheme, truth)
+        found, more = _reference_poles(guitar, intonation, placed, scheme, truth)
     return Comparison(note, partials, frequency(truth), decay(truth), *errors(found, truth), scheme, **more)
+
+
+def as_rows(found):
+    """Poles [rad/s] as measured ones are written: (k, 2), hertz and 1/s."""
+    return np.stack([frequency(found), decay(found)], axis=1)
 
 
 def errors(found, truth):
@@ -114,7 +129,7 @@ def _reference_poles(guitar, intonation, note, scheme, truth):
     found = nearest_poles(*record, foretold)
     more = {
         "nearest": errors(nearest_poles(*record, truth), truth),
-        "cut_cents": cents_between(frequency(cut_poles(system, truth, scheme.basis_hz)), frequency(truth)),
+        "cut": errors(as_rows(cut_poles(system, truth, scheme.basis_hz)), truth),
         "own": errors(found, foretold),
     }
     return found, more

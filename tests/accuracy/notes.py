@@ -4,7 +4,7 @@ import functools
 from dataclasses import dataclass, replace
 
 from ukrt.model.contacts import held_by_finger
-from ukrt.model.intonation import make_intonation
+from ukrt.model.intonation import Intonation, make_intonation
 from ukrt.model.parameters import Contact, Finger
 from ukrt.model.poles import with_tensions
 from ukrt.model.presets import load_preset
@@ -26,16 +26,18 @@ FIVE = Finger(
 
 @dataclass(frozen=True)
 class Note:
-    """String index, fret (0: open, no contact), how many contacts the finger has, and the direction Y or Z."""
+    """String index, fret (0: open, no contact), how many contacts the finger has, the direction Y or Z, and whether the
+    other strings are left out."""
 
     string: int
     fret: int
     n_contacts: int = 0
     polarization: str = "Y"
+    alone: bool = False
 
     def __str__(self):
         where = "open" if self.fret == 0 else f"fret {self.fret}, {self.n_contacts} contact(s)"
-        return f"{'EADGBe'[self.string]} {where}, {self.polarization}"
+        return f"{'EADGBe'[self.string]} {where}, {self.polarization}{', alone' if self.alone else ''}"
 
 
 def all_notes(frets=ALL_FRETS, contacts=CONTACTS, strings=range(6), polarization="Y"):
@@ -58,6 +60,16 @@ def linear_guitar(n_contacts):
     guitar = replace(guitar, strings=strings, finger=finger, damper=damper)
     assert n_contacts in (0, len(finger.contacts))
     return guitar, make_intonation(guitar)
+
+
+def setting(note):
+    """Guitar and intonation for a note, and the note as they count strings (its own is 0 where it is alone)."""
+    guitar, intonation = linear_guitar(note.n_contacts)
+    if not note.alone:
+        return guitar, intonation, note
+    only = slice(note.string, note.string + 1)
+    parts = {name: getattr(intonation, name)[only] for name in ("tensions", "places", "cents_left", "decay_rates")}
+    return replace(guitar, strings=guitar.strings[only]), Intonation(**parts), replace(note, string=0)
 
 
 def note_place(intonation, note):

@@ -10,7 +10,7 @@ from ukrt.reference.system import make_system
 from .notes import PLUCKS, SECONDS, TEST_PLUCK, pluck_place, tuned_and_held
 
 PLUCK_TIME = 4e-5  # s: about the engine's two samples
-CHUNK = 100_000  # steps at once: what the forces of all rows need of memory
+CHUNK = 4096  # kept samples at once: what the motion of all modes needs of memory
 ROOM = 1.25  # the record's rate over twice the basis: kept samples must not fold, and Verlet is a little sharp
 
 
@@ -51,20 +51,32 @@ def kept_every(basis_hz, step):
     return max(1, int(1.0 / (2.0 * ROOM * basis_hz * step)))
 
 
-def ring(system, row, step, seconds, keep):
-    """Push with 1 N along ``row`` for `PLUCK_TIME`, and let go: constraint forces of free motion (samples, rows) [N]."""
-    motion, nil = np.zeros((3, system.count)), np.zeros((CHUNK, len(system.A)))
-    pushed = int(round(PLUCK_TIME / step / keep)) * keep or keep
-    push = np.full((pushed, 1), TEST_PLUCK)
-    compiled.run(system, motion, step, push, row[None], nil[:pushed], keep)
-    # The last acceleration still has the push in it; the pluck ends half a step later, which the poles do not mind.
-    out, left = [], int(seconds / step) // keep * keep
-    while left:
-        count = min(left, CHUNK // keep * keep)
-        _, _, forces = compiled.run(system, motion, step, np.zeros((count, 1)), row[None], nil[:count], keep)
-        out.append(forces)
-        left -= count
-    return np.concatenate(out)
+def respond(system, row, step, seconds, keep=1):
+    """Push with 1 N along ``row`` for the steps of `PLUCK_TIME`, from rest, and let go.
+
+    Returns
+    -------
+    forces : ndarray (samples, rows) [N]
+        Constraint forces, every ``keep``-th step; sample 0 is at time keep * step, the push acts at steps 1 to 4 of 10 us.
+    moved : ndarray (samples,) [m]
+        Displacement along ``row``.
+    """
+    motion = np.zeros((3, system.count))
+    n_steps, pushed = int(round(seconds / step / keep)) * keep, push_steps(step)
+    pushes, nil = np.zeros((n_steps, 1)), np.zeros((n_steps, len(system.A)))
+    pushes[:pushed] = TEST_PLUCK
+    forces, moved = [], []
+    for first in range(0, n_steps, CHUNK * keep):
+        part = slice(first, first + CHUNK * keep)
+        q, _, force = compiled.run(system, motion, step, pushes[part], row[None], nil[part], keep)
+        forces.append(force)
+        moved.append(q @ row)
+    return np.concatenate(forces), np.concatenate(moved)
+
+
+def push_steps(step):
+    """For how many steps the pluck pushes."""
+    return max(1, int(round(PLUCK_TIME / step)))
 
 
 def reference_record(guitar, intonation, note, step, seconds=SECONDS):
@@ -75,7 +87,8 @@ def reference_record(guitar, intonation, note, step, seconds=SECONDS):
     keep = kept_every(guitar.basis.bandwidth_hz, step)
     for share in PLUCKS:
         place = pluck_place(guitar, intonation, note, share) * length
-        forces = ring(system, system.shape(note.string, place, "Y"), step, seconds, keep)[1:, :n]
+        forces, _ = respond(system, system.shape(note.string, place, "Y"), step, seconds, keep)
+        forces = forces[push_steps(step) // keep + 1 :, :n]
         others = forces.sum(axis=1) - forces[:, note.string]
         runs += [forces[:, note.string]] if note.polarization == "Z" else [forces[:, note.string], others]
     return np.stack(runs, axis=1), 1.0 / (step * keep)

@@ -6,9 +6,7 @@ def as_record(result):
     note, scheme = result.note, result.scheme
     record = {
         "solver": scheme.solver,
-        ("sample_rate" if scheme.solver == "engine" else "step_s"): scheme.rate
-        if scheme.solver == "engine"
-        else scheme.step,
+        "step_s": 1.0 / scheme.rate if scheme.solver == "engine" else scheme.step,
         "basis_hz": scheme.basis_hz,
         "string": note.string,
         "fret": note.fret,
@@ -21,7 +19,7 @@ def as_record(result):
         "decay_errors": result.decay_errors.tolist(),
     }
     if scheme.solver == "reference":
-        record["nearest"] = dict(zip(("cents", "decay_errors"), (part.tolist() for part in result.nearest), strict=True))
-        record["cut_cents"] = result.cut_cents.tolist()
-        record["beyond_theory"] = dict(zip(("cents", "decay_errors"), (p.tolist() for p in result.own), strict=True))
+        others = {"nearest_pole": result.nearest, "basis_alone": result.cut, "beyond_theory": result.own}
+        for name, (cents, decay_errors) in others.items():
+            record[name] = {"cents": cents.tolist(), "decay_errors": decay_errors.tolist()}
     return record

@@ -1,0 +1,148 @@
+"""Errors over basis and step: comparisons of a few notes enter; tables with measured orders, and a picture, leave."""
+
+import numpy as np
+from accuracy import PAPER_STEP
+from rich.table import Table
+
+BASIS = 10e3  # Hz: held while the step changes
+
+
+def lowest(result, values):
+    """Those of partials 1 to 5."""
+    return values[[k for k, n in enumerate(result.partials) if n <= 5]]
+
+
+def worst(result, values):
+    """The largest of partials 1 to 5."""
+    return float(np.max(np.abs(lowest(result, values))))
+
+
+def order(now, before, ratio):
+    """p where the error goes like the p-th power of what changed by ``ratio``; empty for the first."""
+    return "" if before is None else f"{np.log(now / before) / np.log(ratio):+.2f}"
+
+
+def verlet_cents(result):
+    """Closed form of velocity-Verlet's detuning in cents: 2 / dt asin(omega dt / 2), about omega (1 + (omega dt)^2 / 24),
+    of the poles of the basis."""
+    half = np.pi * result.frequencies_hz * 2.0 ** (result.cut[0] / 1200.0) * result.scheme.step
+    return 1200.0 * np.log2(np.arcsin(half) / half)
+
+
+def _runs(results, keep, key):
+    """(note, its results for which ``keep`` holds, sorted by ``key``)."""
+    for note in dict.fromkeys(result.note for result in results):
+        rows = [result for result in results if result.note == note and keep(result.scheme)]
+        yield note, sorted(rows, key=lambda result: key(result.scheme))
+
+
+def reference_bases(results):
+    return _runs(results, lambda s: s.solver == "reference" and s.step == PAPER_STEP, lambda s: s.basis_hz)
+
+
+def reference_steps(results):
+    return _runs(results, lambda s: s.solver == "reference" and s.basis_hz == BASIS, lambda s: -s.step)
+
+
+def engine_bases(results, rate):
+    return _runs(results, lambda s: s.solver == "engine" and s.rate == rate, lambda s: s.basis_hz)
+
+
+def engine_rates(results):
+    return _runs(results, lambda s: s.solver == "engine" and s.basis_hz == BASIS, lambda s: s.rate)
+
+
+def basis_table(results):
+    """What the basis leaves out: the oracle cut there in continuous time, and the reference's whole error beside it."""
+    table = Table("note", "basis / kHz", "cut alone: partial 1", "5", "worst pole", "order", "reference, 10 us: worst")
+    table.title = "Truncation, cents (partials 1-5; pole: distance in the complex plane over frequency)"
+    for note, rows in reference_bases(results):
+        before = None
+        for result in rows:
+            cents, size, basis = lowest(result, result.cut[0]), worst(result, result.cut_distances), result.scheme.basis_hz
+            grade = "" if before is None else order(size, before[0], basis / before[1])
+            cells = [f"{basis / 1e3:g}", f"{cents[0]:+.3f}", f"{cents[-1]:+.3f}", f"{size:.3f}", grade]
+            table.add_row(str(note), *cells, f"{worst(result, result.distances):.3f}")
+            before = size, basis
+        table.add_section()
+    return table
+
+
+def step_table(results):
+    """What the reference's step does: measured poles against the oracle with the same basis, and the closed form."""
+    table = Table(
+        "note", "step / us", "partial 1", "5", "closed form: 1", "5", "worst pole", "order", "worst decay %", "order",
+        "against all modes",
+    )  # fmt: skip
+    table.title = "Velocity-Verlet with a basis of 10 kHz, cents, against the oracle with the same basis"
+    for note, rows in reference_steps(results):
+        before = None
+        for result in rows:
+            cents, closed = lowest(result, result.cents - result.cut[0]), lowest(result, verlet_cents(result))
+            size = worst(result, result.step_distances)
+            loss = worst(result, (result.decay_errors - result.cut[1]) / (1.0 + result.cut[1]))
+            step, grades = result.scheme.step, ("", "")
+            if before is not None:
+                grades = (order(size, before[0], step / before[2]), order(loss, before[1], step / before[2]))
+            cells = [f"{step * 1e6:g}", f"{cents[0]:+.4f}", f"{cents[-1]:+.4f}", f"{closed[0]:+.4f}", f"{closed[-1]:+.4f}"]
+            more = [f"{size:.4f}", grades[0], f"{100 * loss:.4f}", grades[1], f"{worst(result, result.distances):.3f}"]
+            table.add_row(str(note), *cells, *more)
+            before = size, loss, step
+        table.add_section()
+    return table
+
+
+def engine_table(results):
+    """The engine against all modes: over the rate with a basis of 10 kHz, over the basis at 48 and 96 kHz."""
+    table = Table("note", "rate / kHz", "basis / kHz", "partial 1", "5", "worst pole", "order", "worst decay %")
+    table.title = "Engine, cents, against the oracle with modes to 400 kHz (order: in the step, or in the basis)"
+    for runs in (engine_rates(results), engine_bases(results, 48e3), engine_bases(results, 96e3)):
+        for note, rows in runs:
+            before = None
+            for result in rows:
+                cents, size = lowest(result, result.cents), worst(result, result.distances)
+                scheme, grade = result.scheme, ""
+                if before is not None:
+                    same = before[1].basis_hz == scheme.basis_hz
+                    ratio = before[1].rate / scheme.rate if same else scheme.basis_hz / before[1].basis_hz
+                    grade = order(size, before[0], ratio)
+                cells = [f"{scheme.rate / 1e3:g}", f"{scheme.basis_hz / 1e3:g}", f"{cents[0]:+.5f}", f"{cents[-1]:+.5f}"]
+                table.add_row(str(note), *cells, f"{size:.5f}", grade, f"{100 * worst(result, result.decay_errors):.4f}")
+                before = size, scheme
+            table.add_section()
+    return table
+
+
+def draw(path, results):
+    """Over the basis above, over the step below; the reference on the left, the engine on the right."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
+    (cut, engine_cut), (step, engine_step) = figure.subplots(2, 2, sharey="row")
+    colors = ("tab:blue", "tab:red", "tab:orange", "tab:green")
+
+    def lines(panel, runs, x, y, style, label):
+        for color, (note, rows) in zip(colors, runs, strict=True):
+            at, size = [x(row.scheme) for row in rows], [max(worst(row, y(row)), 1e-7) for row in rows]
+            panel.plot(at, size, style, color=color, ms=4, lw=1.2, label=f"{note}{label}")
+
+    def basis(scheme):
+        return scheme.basis_hz / 1e3
+
+    lines(cut, reference_bases(results), basis, lambda r: r.cut_distances, "o-", ": cut alone")
+    lines(cut, reference_bases(results), basis, lambda r: r.distances, "x--", ": step 10 us too")
+    lines(step, reference_steps(results), lambda s: s.step * 1e6, lambda r: r.step_distances, "o-", ": step alone")
+    lines(step, reference_steps(results), lambda s: s.step * 1e6, lambda r: r.distances, "x--", ": basis 10 kHz too")
+    lines(engine_cut, engine_bases(results, 48e3), basis, lambda r: r.distances, "o-", ": 48 kHz")
+    lines(engine_cut, engine_bases(results, 96e3), basis, lambda r: r.distances, "x--", ": 96 kHz")
+    lines(engine_step, engine_rates(results), lambda s: 1e6 / s.rate, lambda r: r.distances, "o-", ": basis 10 kHz")
+    titles = ("reference: basis", "engine: basis", "reference: step", "engine: step")
+    for panel, title in zip((cut, engine_cut, step, engine_step), titles, strict=True):
+        unit = "basis / kHz" if title.endswith("basis") else "step / microseconds"
+        panel.set(xscale="log", yscale="log", title=title, xlabel=unit, ylabel="worst pole, partials 1-5 / cents")
+        ticks = (5, 7, 10, 14, 20) if title.endswith("basis") else (2.5, 5, 10, 20)
+        panel.set_xticks(ticks, [f"{one:g}" for one in ticks])
+        panel.minorticks_off()
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize="x-small")
+    figure.savefig(path, dpi=110)
