@@ -50,7 +50,7 @@ def main():
     parser.add_argument("--json", type=kinds.file("json"), metavar="FILE.json", help="write all numbers to this file")
     parser.add_argument("--plot", type=kinds.picture, metavar="FILE.png", help="draw errors over basis and step")
     options = parser.parse_args()
-    results = compare_all([(note, scheme) for note in NOTES for scheme in schemes()], options.jobs)
+    results = compare_all([(note, scheme) for note in NOTES for scheme in schemes()], options.jobs, theory=True)
     out = Console(width=None if sys.stdout.isatty() else 160)
     for table in (basis_table, step_table, engine_table):
         out.print(table(results))

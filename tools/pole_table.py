@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The table of poles: every string, fret and finger, either solver's own motion against the tests' oracle, and the worst.
+"""The table of poles: every string, fret and finger, either solver's motion against the tests' oracle, and the worst.
 
 For the classical preset's body with all six strings, linear: errors of pitch [cents] and decay rate [%] of partials 1-5
 and 8. Oracle and measuring tools come from the checkout's ``tests``, put on the path here:
@@ -23,14 +23,7 @@ from accuracy import CONTACTS, PAPER, Scheme, all_notes  # noqa: E402
 from accuracy_tables import options as kinds  # noqa: E402
 from accuracy_tables.plot import draw  # noqa: E402
 from accuracy_tables.record import as_record  # noqa: E402
-from accuracy_tables.tables import (  # noqa: E402
-    beside_table,
-    broken,
-    exceptions,
-    notes_table,
-    theory_words,
-    worst_table,
-)
+from accuracy_tables.tables import beside_table, broken, exceptions, notes_table, worst_table  # noqa: E402
 from accuracy_tables.work import compare_all  # noqa: E402
 
 RATES = (44100.0, 48000.0, 88200.0, 96000.0, 192000.0)
@@ -40,9 +33,13 @@ LIMITS_AT = 48000.0  # Hz: the rate that the project's limits are stated for
 def parse(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--solver", choices=("engine", "reference", "both"), default="engine")
-    parser.add_argument("--rates", type=kinds.one_of_each(RATES), default="48000", metavar="LIST", help="of the engine [Hz]")
-    parser.add_argument("--frets", type=kinds.whole_numbers(0, 19), default="0-19", metavar="LIST", help="such as 0,5,12 or 0-19")
-    parser.add_argument("--contacts", type=kinds.one_of_each(CONTACTS), metavar="LIST", default="0,1,3,5", help="0: open strings")
+    lists = {  # name: (type, default, help)
+        "--rates": (kinds.one_of_each(RATES), "48000", "of the engine [Hz]"),
+        "--frets": (kinds.whole_numbers(0, 19), "0-19", "such as 0,5,12"),
+        "--contacts": (kinds.one_of_each(CONTACTS), "0,1,3,5", "of the finger; 0: open strings"),
+    }
+    for name, (kind, default, words) in lists.items():
+        parser.add_argument(name, type=kind, default=default, metavar="LIST", help=f"{words} (default: {default})")
     parser.add_argument("--polarization", choices=("Y", "Z"), default="Y", help="Y meets the body, Z does not")
     parser.add_argument("--jobs", type=kinds.jobs, default=1, help="processes (default: 1)")
     parser.add_argument("--short", action="store_true", help="without the row of every note")
@@ -61,8 +58,6 @@ def report(options, results, seconds):
         out.print(beside_table(results))
         words = exceptions(results)
         out.print(f"the engine's error is not below the paper's: {len(words)}", *words, sep="\n", highlight=False)
-    if options.solver != "engine":
-        out.print(theory_words(results), highlight=False)
     for scheme, words in broken(results).items():
         about = "limits broken" if scheme.rate == LIMITS_AT else "beyond the limits that are stated for 48 kHz"
         out.print(f"{scheme}: {about}: {len(words)}", *words, sep="\n", highlight=False)

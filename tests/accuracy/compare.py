@@ -21,7 +21,7 @@ PAPER_STEP = 1e-5  # s, the paper's; so is the basis of 10 kHz
 
 @dataclass(frozen=True)
 class Scheme:
-    """Which solver, at which sample rate [Hz] (engine) or step [s] (reference), with a basis to which frequency [Hz]."""
+    """A solver with its sample rate [Hz] (engine) or step [s] (reference), and the frequency [Hz] its basis goes to."""
 
     solver: str
     rate: float = 48000.0
@@ -41,11 +41,8 @@ PAPER = Scheme("reference")
 class Comparison:
     """Partial by partial (those of `PARTIALS` within the basis): oracle [Hz, 1/s], solver minus oracle [cents, 1].
 
-    Each pole of the oracle has one partner in the solver. The engine's is the nearest. The reference's is further away,
-    and others (dead lengths, strings in unison) may be nearer: its partner is the one that the oracle's pole becomes
-    when the modes beyond the basis fade and time falls into steps (`truth.cut_poles`); ``nearest`` has the errors of
-    the pole that happens to be nearest, the kindest reading. ``cut`` is what the basis alone does, ``own`` what the
-    measured poles have beyond what the oracle, cut and stepped alike, foretells: nothing, if all is right.
+    The solver's pole is the one nearest to the oracle's, for either solver: the kindest reading where a dead length, an
+    open string or a finger's own mode is near too. `theory` is there of the reference if it was asked for.
     """
 
     note: Note
@@ -55,33 +52,34 @@ class Comparison:
     cents: np.ndarray
     decay_errors: np.ndarray
     scheme: Scheme = Scheme("engine")
-    nearest: tuple = ()
-    cut: tuple = ()
-    own: tuple = ()
+    theory: object = None
 
     @property
     def distances(self):
         """Distance of the poles in the complex plane over their frequency, in cents: pitch and decay in one number."""
-        return self._distance(self.cents, self.decay_errors)
+        return self.distance(self.cents, self.decay_errors)
 
-    @property
-    def nearest_distances(self):
-        """The same for the nearest poles."""
-        return self._distance(*self.nearest) if self.nearest else self.distances
-
-    @property
-    def step_distances(self):
-        """Distance of the reference's poles from those of the oracle with the same basis: what the step alone does."""
-        return self._distance(self.cents - self.cut[0], self.decay_errors - self.cut[1])
-
-    @property
-    def cut_distances(self):
-        """Distance of the cut oracle's poles from the oracle's: what the basis alone does."""
-        return self._distance(*self.cut)
-
-    def _distance(self, cents, decay_errors):
+    def distance(self, cents, decay_errors):
+        """The same of other errors of these partials: ndarray (partials,) [cents]."""
         turned = 1200.0 / np.log(2.0) * decay_errors * self.decay_rates / (2.0 * np.pi * self.frequencies_hz)
         return np.hypot(cents, turned)
+
+
+@dataclass(frozen=True)
+class Theory:
+    """What the oracle foretells of the reference's poles; each a pair of arrays: cents, relative errors of the decay.
+
+    cut : the oracle with the same basis, in continuous time, against the oracle: what the basis does.
+    followed : measured poles against the oracle, each the one that the oracle's becomes when the modes beyond the basis
+    fade and time falls into steps (`truth.cut_poles`).
+    step : those against the oracle with the same basis: what the step does.
+    own : those against the oracle cut and stepped alike: nothing, if reference and oracle are right.
+    """
+
+    cut: tuple
+    followed: tuple
+    step: tuple
+    own: tuple
 
 
 def cents_between(found_hz, truth_hz):
@@ -96,8 +94,11 @@ def truth_of(note):
     return tuple(oracle_poles(guitar, intonation, placed.string, note.fret, note.polarization))
 
 
-def compare(note, scheme=48000.0):
-    """A solver against the oracle for one note: `Comparison`. scheme : `Scheme`, or the engine's sample rate [Hz]."""
+def compare(note, scheme=48000.0, theory=False):
+    """A solver against the oracle for one note: `Comparison`.
+
+    scheme : `Scheme`, or the engine's sample rate [Hz]. theory : also what the oracle foretells (reference only).
+    """
     scheme = scheme if isinstance(scheme, Scheme) else Scheme("engine", scheme)
     guitar, intonation, placed = setting(note)
     guitar = replace(guitar, basis=replace(guitar.basis, bandwidth_hz=scheme.basis_hz))
@@ -105,11 +106,24 @@ def compare(note, scheme=48000.0):
     partials = tuple(n for n in PARTIALS if frequency(truth[n - 1]) < guitar.basis.bandwidth_hz)
     truth = truth[[n - 1 for n in partials]]
     if scheme.solver == "engine":
-        found = nearest_poles(engine_record(guitar, intonation, placed, scheme.rate), scheme.rate, truth)
-        more = {}
+        record = engine_record(guitar, intonation, placed, scheme.rate), scheme.rate
     else:
-        found, more = _reference_poles(guitar, intonation, placed, scheme, truth)
-    return Comparison(note, partials, frequency(truth), decay(truth), *errors(found, truth), scheme, **more)
+        record = reference_record(guitar, intonation, placed, scheme.step)
+    found = nearest_poles(*record, truth)
+    foretold = None
+    if theory and scheme.solver == "reference":
+        foretold = _theory(record, note_system(guitar, intonation, placed), truth, scheme)
+    return Comparison(
+        note, partials, frequency(truth), decay(truth), *errors(found, truth), scheme=scheme, theory=foretold
+    )
+
+
+def _theory(record, system, truth, scheme):
+    cut = cut_poles(system, truth, scheme.basis_hz)
+    foretold = cut_poles(system, truth, scheme.basis_hz, scheme.step)
+    found = nearest_poles(*record, foretold)
+    against = (errors(found, poles) for poles in (truth, cut, foretold))
+    return Theory(errors(as_rows(cut), truth), *against)
 
 
 def as_rows(found):
@@ -143,9 +157,15 @@ def note_system(guitar, intonation, note):
 
 def nearest_poles(record, sample_rate, truth):
     """The measured pole nearest to each of ``truth`` [rad/s]: (n, 2), hertz and 1/s."""
-    rows = []
-    for pole in truth:
-        width = float(np.clip(2.0 * decay(pole), 50.0, 150.0))
-        options = {"half_width_hz": width, "decay_guesses": [decay(pole)]}
-        rows.append(poles_from_records(record, sample_rate, [frequency(pole)], **options)[0])
-    return np.array(rows)
+    return np.array([_nearest(record, sample_rate, pole) for pole in truth])
+
+
+def _nearest(record, sample_rate, pole):
+    width = float(np.clip(2.0 * decay(pole), 50.0, 150.0))
+    for widen in (1.0, 2.0, 4.0):
+        options = {"half_width_hz": widen * width, "decay_guesses": [decay(pole)]}
+        try:
+            return poles_from_records(record, sample_rate, [frequency(pole)], **options)[0]
+        except ValueError as error:  # no pole so near
+            missing = error
+    raise missing

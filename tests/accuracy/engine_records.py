@@ -34,7 +34,7 @@ def engine_record(guitar, intonation, note, sample_rate, seconds=SECONDS):
 
 
 def forces_y(d, i, count, string):
-    """Go on for about ``count`` samples: the force of ``string`` on the bridge and the others' sum, (samples, 2) [N]."""
+    """Go on for about ``count`` samples: force of ``string`` on the bridge and the others' sum, (samples, 2) [N]."""
     out = np.empty((count // at.CHUNK, at.CHUNK, at.LANES))
     forces = d[at.STRINGS_OUT : at.STRINGS_OUT + at.CHUNK * at.LANES].reshape(at.CHUNK, at.LANES)
     for block in out:

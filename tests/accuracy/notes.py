@@ -16,8 +16,8 @@ PLUCKS = (0.23, 0.41)  # of the sounding span from the bridge: no node of partia
 TEST_PLUCK = 1.0  # N
 SECONDS = 2.0  # of record; the same to four digits as with 4 s and every string's force by itself
 
-# Figs. 12 and 13 of the paper: the first contact is the string on the fret, the others the soft fingertip behind it. The
-# text gives the width, 15 mm, but not the places: evenly spread over it (a choice).
+# Figs. 12 and 13 of the paper: the first contact is the string on the fret, the others the soft fingertip behind it.
+# The text gives the width, 15 mm, but not the places: evenly spread over it (a choice).
 PAPER_TIP = {"mass": 5e-3, "damping": 10.0, "stiffness": 1e4}
 FIVE = Finger(
     (Contact(0.0, mass=5e-3, damping=1.0, stiffness=1e6), *(Contact(-0.00375 * n, **PAPER_TIP) for n in range(1, 5)))

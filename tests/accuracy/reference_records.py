@@ -1,4 +1,4 @@
-"""A note on the reference solver, plucked within 40 microseconds and let ring: its bridge forces leave, and their rate."""
+"""A note on the reference solver, plucked within 40 microseconds and let ring: its bridge forces and their rate."""
 
 from dataclasses import replace
 
@@ -57,7 +57,7 @@ def respond(system, row, step, seconds, keep=1):
     Returns
     -------
     forces : ndarray (samples, rows) [N]
-        Constraint forces, every ``keep``-th step; sample 0 is at time keep * step, the push acts at steps 1 to 4 of 10 us.
+        Constraint forces, every ``keep``-th step; sample 0 is at time keep * step. The push acts from step 1 on.
     moved : ndarray (samples,) [m]
         Displacement along ``row``.
     """

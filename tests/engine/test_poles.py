@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from accuracy import (
+    PAPER,
     PARTIALS,
     Note,
     broken_limits,
@@ -82,6 +83,20 @@ def test_the_comparison_notices_small_changes(n_contacts):
         found = nearest_poles(engine_record(guitar, setting, note, RATE), RATE, truth)
         cents = 1200.0 * np.log2(found[:, 0] / frequency(truth))
         assert np.all(np.abs(cents) > 0.05) if off else np.all(np.abs(cents) < 0.05)
+
+
+def test_nearer_than_the_paper_s_discretisation():
+    """Notes drawn by lot: the engine's poles at 44.1 kHz are nearer to the truth than those of the paper's scheme.
+
+    Both measured, each note's string alone on the body: pitch and decay in one distance, and pitch by itself.
+    """
+    rng = np.random.default_rng(4)
+    for n_contacts in (0, 1, 3, 5):
+        fret = int(rng.integers(1, 20)) if n_contacts else 0
+        note = Note(int(rng.integers(6)), fret, n_contacts, alone=True)
+        engine, paper = compare(note, 44100.0), compare(note, PAPER)
+        assert np.all(engine.distances < paper.distances), note
+        assert np.all(np.abs(engine.cents) < np.abs(paper.cents)), note
 
 
 def rendered_note(midi):

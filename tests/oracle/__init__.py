@@ -10,6 +10,7 @@ from .partials import body_poles, rigid_guess, string_like, string_partials
 
 __all__ = [
     "BODY", "STRINGS", "BodyData", "ContactData", "OnBridge", "OnString", "StringData", "System", "admittance",
-    "admittance_residues", "body_poles", "bridge_forces", "bridge_residues", "decay", "frequency", "loudest_near", "loudest_partials",
-    "make_body", "make_guitar", "make_system", "poles", "poles_between", "rigid_guess", "span_share", "string_like", "string_partials",
+    "admittance_residues", "body_poles", "bridge_forces", "bridge_residues", "decay", "frequency", "loudest_near",
+    "loudest_partials", "make_body", "make_guitar", "make_system", "poles", "poles_between", "rigid_guess",
+    "span_share", "string_like", "string_partials",
 ]

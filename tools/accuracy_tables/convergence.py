@@ -23,9 +23,8 @@ def order(now, before, ratio):
 
 
 def verlet_cents(result):
-    """Closed form of velocity-Verlet's detuning in cents: 2 / dt asin(omega dt / 2), about omega (1 + (omega dt)^2 / 24),
-    of the poles of the basis."""
-    half = np.pi * result.frequencies_hz * 2.0 ** (result.cut[0] / 1200.0) * result.scheme.step
+    """What velocity-Verlet makes of the basis' poles, in cents: 2 / dt asin(omega dt / 2), about (omega dt)^2 / 24."""
+    half = np.pi * result.frequencies_hz * 2.0 ** (result.theory.cut[0] / 1200.0) * result.scheme.step
     return 1200.0 * np.log2(np.arcsin(half) / half)
 
 
@@ -59,10 +58,11 @@ def basis_table(results):
     for note, rows in reference_bases(results):
         before = None
         for result in rows:
-            cents, size, basis = lowest(result, result.cut[0]), worst(result, result.cut_distances), result.scheme.basis_hz
+            theory, basis = result.theory, result.scheme.basis_hz
+            cents, size = lowest(result, theory.cut[0]), worst(result, result.distance(*theory.cut))
             grade = "" if before is None else order(size, before[0], basis / before[1])
             cells = [f"{basis / 1e3:g}", f"{cents[0]:+.3f}", f"{cents[-1]:+.3f}", f"{size:.3f}", grade]
-            table.add_row(str(note), *cells, f"{worst(result, result.distances):.3f}")
+            table.add_row(str(note), *cells, f"{worst(result, result.distance(*theory.followed)):.3f}")
             before = size, basis
         table.add_section()
     return table
@@ -70,23 +70,21 @@ def basis_table(results):
 
 def step_table(results):
     """What the reference's step does: measured poles against the oracle with the same basis, and the closed form."""
-    table = Table(
-        "note", "step / us", "partial 1", "5", "closed form: 1", "5", "worst pole", "order", "worst decay %", "order",
-        "against all modes",
-    )  # fmt: skip
+    columns = ("closed form: 1", "5", "worst pole", "order", "worst decay %", "order", "against all modes")
+    table = Table("note", "step / us", "partial 1", "5", *columns)
     table.title = "Velocity-Verlet with a basis of 10 kHz, cents, against the oracle with the same basis"
     for note, rows in reference_steps(results):
         before = None
         for result in rows:
-            cents, closed = lowest(result, result.cents - result.cut[0]), lowest(result, verlet_cents(result))
-            size = worst(result, result.step_distances)
-            loss = worst(result, (result.decay_errors - result.cut[1]) / (1.0 + result.cut[1]))
-            step, grades = result.scheme.step, ("", "")
+            theory, step = result.theory, result.scheme.step
+            size, loss = worst(result, result.distance(*theory.step)), worst(result, theory.step[1])
+            grades = ("", "")
             if before is not None:
                 grades = (order(size, before[0], step / before[2]), order(loss, before[1], step / before[2]))
-            cells = [f"{step * 1e6:g}", f"{cents[0]:+.4f}", f"{cents[-1]:+.4f}", f"{closed[0]:+.4f}", f"{closed[-1]:+.4f}"]
-            more = [f"{size:.4f}", grades[0], f"{100 * loss:.4f}", grades[1], f"{worst(result, result.distances):.3f}"]
-            table.add_row(str(note), *cells, *more)
+            ends = [lowest(result, cents)[k] for cents in (theory.step[0], verlet_cents(result)) for k in (0, -1)]
+            cells = [f"{step * 1e6:g}", *(f"{cents:+.4f}" for cents in ends), f"{size:.4f}", grades[0]]
+            whole = worst(result, result.distance(*theory.followed))
+            table.add_row(str(note), *cells, f"{100 * loss:.4f}", grades[1], f"{whole:.3f}")
             before = size, loss, step
         table.add_section()
     return table
@@ -106,8 +104,9 @@ def engine_table(results):
                     same = before[1].basis_hz == scheme.basis_hz
                     ratio = before[1].rate / scheme.rate if same else scheme.basis_hz / before[1].basis_hz
                     grade = order(size, before[0], ratio)
-                cells = [f"{scheme.rate / 1e3:g}", f"{scheme.basis_hz / 1e3:g}", f"{cents[0]:+.5f}", f"{cents[-1]:+.5f}"]
-                table.add_row(str(note), *cells, f"{size:.5f}", grade, f"{100 * worst(result, result.decay_errors):.4f}")
+                numbers = [f"{cents[0]:+.5f}", f"{cents[-1]:+.5f}", f"{size:.5f}", grade]
+                loss = f"{100 * worst(result, result.decay_errors):.4f}"
+                table.add_row(str(note), f"{scheme.rate / 1e3:g}", f"{scheme.basis_hz / 1e3:g}", *numbers, loss)
                 before = size, scheme
             table.add_section()
     return table
@@ -129,10 +128,24 @@ def draw(path, results):
     def basis(scheme):
         return scheme.basis_hz / 1e3
 
-    lines(cut, reference_bases(results), basis, lambda r: r.cut_distances, "o-", ": cut alone")
-    lines(cut, reference_bases(results), basis, lambda r: r.distances, "x--", ": step 10 us too")
-    lines(step, reference_steps(results), lambda s: s.step * 1e6, lambda r: r.step_distances, "o-", ": step alone")
-    lines(step, reference_steps(results), lambda s: s.step * 1e6, lambda r: r.distances, "x--", ": basis 10 kHz too")
+    lines(cut, reference_bases(results), basis, lambda r: r.distance(*r.theory.cut), "o-", ": cut alone")
+    lines(cut, reference_bases(results), basis, lambda r: r.distance(*r.theory.followed), "x--", ": step 10 us too")
+    lines(
+        step,
+        reference_steps(results),
+        lambda s: s.step * 1e6,
+        lambda r: r.distance(*r.theory.step),
+        "o-",
+        ": step alone",
+    )
+    lines(
+        step,
+        reference_steps(results),
+        lambda s: s.step * 1e6,
+        lambda r: r.distance(*r.theory.followed),
+        "x--",
+        ": basis 10 kHz too",
+    )
     lines(engine_cut, engine_bases(results, 48e3), basis, lambda r: r.distances, "o-", ": 48 kHz")
     lines(engine_cut, engine_bases(results, 96e3), basis, lambda r: r.distances, "x--", ": 96 kHz")
     lines(engine_step, engine_rates(results), lambda s: 1e6 / s.rate, lambda r: r.distances, "o-", ": basis 10 kHz")

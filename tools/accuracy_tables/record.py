@@ -18,8 +18,6 @@ def as_record(result):
         "cents": result.cents.tolist(),
         "decay_errors": result.decay_errors.tolist(),
     }
-    if scheme.solver == "reference":
-        others = {"nearest_pole": result.nearest, "basis_alone": result.cut, "beyond_theory": result.own}
-        for name, (cents, decay_errors) in others.items():
-            record[name] = {"cents": cents.tolist(), "decay_errors": decay_errors.tolist()}
+    for name, (cents, decay_errors) in vars(result.theory).items() if result.theory else ():
+        record[f"theory_{name}"] = {"cents": cents.tolist(), "decay_errors": decay_errors.tolist()}
     return record
