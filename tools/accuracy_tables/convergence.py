@@ -5,6 +5,8 @@ from accuracy import PAPER_STEP
 from rich.table import Table
 
 BASIS = 10e3  # Hz: held while the step changes
+COLORS = ("tab:blue", "tab:red", "tab:orange", "tab:green")
+FLOOR = 1e-6  # cents: what is less is drawn there
 
 
 def lowest(result, values):
@@ -112,50 +114,60 @@ def engine_table(results):
     return table
 
 
+def panels_of(results):
+    """What each panel shows: title, ticks, and (runs, error, style, label) of its curves."""
+
+    def whole(result):
+        return result.distance(*result.theory.followed)
+
+    bases, steps, rates = (list(runs(results)) for runs in (reference_bases, reference_steps, engine_rates))
+    narrow, wide = (list(engine_bases(results, rate)) for rate in (48e3, 96e3))
+    return (
+        (
+            "reference: basis / kHz",
+            (bases, lambda r: r.distance(*r.theory.cut), "o-", "basis alone"),
+            (bases, whole, "x--", "with a step of 10 us"),
+        ),
+        (
+            "engine: basis / kHz",
+            (narrow, lambda r: r.distances, "o-", "at 48 kHz"),
+            (wide, lambda r: r.distances, "x--", "at 96 kHz"),
+        ),
+        (
+            "reference: step / us",
+            (steps, lambda r: r.distance(*r.theory.step), "o-", "step alone"),
+            (steps, whole, "x--", "with a basis of 10 kHz"),
+        ),
+        ("engine: step / us", (rates, lambda r: r.distances, "o-", "with a basis of 10 kHz")),
+    )
+
+
+def along(scheme, title):
+    """Where a scheme stands on a panel's axis."""
+    if "basis" in title:
+        return scheme.basis_hz / 1e3
+    return 1e6 * (scheme.step if scheme.solver == "reference" else 1.0 / scheme.rate)
+
+
 def draw(path, results):
     """Over the basis above, over the step below; the reference on the left, the engine on the right."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    (cut, engine_cut), (step, engine_step) = figure.subplots(2, 2, sharey="row")
-    colors = ("tab:blue", "tab:red", "tab:orange", "tab:green")
-
-    def lines(panel, runs, x, y, style, label):
-        for color, (note, rows) in zip(colors, runs, strict=True):
-            at, size = [x(row.scheme) for row in rows], [max(worst(row, y(row)), 1e-7) for row in rows]
-            panel.plot(at, size, style, color=color, ms=4, lw=1.2, label=f"{note}{label}")
-
-    def basis(scheme):
-        return scheme.basis_hz / 1e3
-
-    lines(cut, reference_bases(results), basis, lambda r: r.distance(*r.theory.cut), "o-", ": cut alone")
-    lines(cut, reference_bases(results), basis, lambda r: r.distance(*r.theory.followed), "x--", ": step 10 us too")
-    lines(
-        step,
-        reference_steps(results),
-        lambda s: s.step * 1e6,
-        lambda r: r.distance(*r.theory.step),
-        "o-",
-        ": step alone",
-    )
-    lines(
-        step,
-        reference_steps(results),
-        lambda s: s.step * 1e6,
-        lambda r: r.distance(*r.theory.followed),
-        "x--",
-        ": basis 10 kHz too",
-    )
-    lines(engine_cut, engine_bases(results, 48e3), basis, lambda r: r.distances, "o-", ": 48 kHz")
-    lines(engine_cut, engine_bases(results, 96e3), basis, lambda r: r.distances, "x--", ": 96 kHz")
-    lines(engine_step, engine_rates(results), lambda s: 1e6 / s.rate, lambda r: r.distances, "o-", ": basis 10 kHz")
-    titles = ("reference: basis", "engine: basis", "reference: step", "engine: step")
-    for panel, title in zip((cut, engine_cut, step, engine_step), titles, strict=True):
-        unit = "basis / kHz" if title.endswith("basis") else "step / microseconds"
-        panel.set(xscale="log", yscale="log", title=title, xlabel=unit, ylabel="worst pole, partials 1-5 / cents")
-        ticks = (5, 7, 10, 14, 20) if title.endswith("basis") else (2.5, 5, 10, 20)
+    for panel, (title, *curves) in zip(figure.subplots(2, 2, sharey=True).flat, panels_of(results), strict=True):
+        for runs, error, style, label in curves:
+            for color, (_, rows) in zip(COLORS, runs, strict=False):
+                size = [max(worst(row, error(row)), FLOOR) for row in rows]
+                panel.plot([along(row.scheme, title) for row in rows], size, style, color=color, ms=4, lw=1.2)
+            panel.plot([], [], style, color="black", ms=4, lw=1.2, label=label)
+        ticks = (5, 7, 10, 14, 20) if "basis" in title else (2.5, 5, 10, 20)
+        panel.set(xscale="log", yscale="log", title=title)
         panel.set_xticks(ticks, [f"{one:g}" for one in ticks])
-        panel.minorticks_off()
+        panel.tick_params(axis="x", which="minor", bottom=False, labelbottom=False)
         panel.grid(alpha=0.3)
-        panel.legend(fontsize="x-small")
+        panel.legend(fontsize="small")
+    figure.supylabel("worst pole of partials 1-5: distance / cents")
+    notes = list(dict.fromkeys(str(result.note) for result in results))
+    marks = [figure.axes[0].plot([], [], color=color, lw=2.0)[0] for color, _ in zip(COLORS, notes, strict=False)]
+    figure.legend(marks, notes, loc="outside lower center", ncols=len(notes), fontsize="small")
     figure.savefig(path, dpi=110)
