@@ -67,8 +67,9 @@ def respond(system, row, step, seconds, keep=1):
     pushes[:pushed] = TEST_PLUCK
     forces, moved = [], []
     for first in range(0, n_steps, CHUNK * keep):
-        part = slice(first, first + CHUNK * keep)
-        q, _, force = compiled.run(system, motion, step, pushes[part], row[None], nil[part], keep)
+        part = slice(first, min(first + CHUNK * keep, n_steps))
+        kept = range(keep - 1, part.stop - first, keep)
+        q, _, force = compiled.run(system, motion, step, pushes[part], row[None], nil[part], kept)
         forces.append(force)
         moved.append(q @ row)
     return np.concatenate(forces), np.concatenate(moved)
