@@ -17,7 +17,7 @@ from ukrt.model.body import body_modes, bridge_ends
 from ukrt.model.strings import REFERENCE_HZ, string_modes, string_modes_range
 
 LINEAR = 1e200  # 4 L / ES of a string without tension modulation
-MATCH = (0.25, 0.75)  # shares of the bandwidth where pseudo-modes are matched (chosen by measurement, see the README)
+MATCH = (0.33, 0.75)  # shares of the bandwidth where pseudo-modes are matched (chosen by measurement, see the README)
 RATES = (44100.0, 192000.0)
 
 

@@ -49,7 +49,7 @@ TABLE = 2049
 TABLES = 1 + 2 * MATCHES  # static; real part and loss at each matching frequency
 
 # One string's own numbers --------------------------------------------------------------------------------------------
-STRING_D_SIZE = 192
+STRING_D_SIZE = 256
 (
     S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
     S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
@@ -63,6 +63,7 @@ S_W = 72  # A G A^T of one polarization without the fingers' own part: PORTS x P
 S_PLUCK_W = 112  # A G phi at the pluck: PORTS
 S_PSEUDO = 120  # which column of C each pseudo-mode carries, and by how much: RESIDUAL_MODES each
 S_PSEUDO_WEIGHT = 128
+S_PSEUDO_AXES = 192  # the axes that C is turned to: eight rows of eight
 
 STRING_I_SIZE = 32
 (

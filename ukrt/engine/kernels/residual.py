@@ -1,11 +1,12 @@
 """What the basis cuts off, given back to a string's ports: pseudo-modes with the right compliance, inertia, loss.
 
 Enter the ports of one string (bridge, contacts, pluck); leave pseudo-modes in the string's last two tiles. Their static
-compliance R is that of all cut modes, R = C C^T with C lower triangular and the bridge first; column j of C is carried
-by one pseudo-mode, or, for bridge and contact of a string held at no more than one point, by two. Their frequencies and
-losses are chosen so that, along the diagonal of C^-1 (.) C^-T, the whole discrete receptance is right at one or two
-matching frequencies: the cut modes are added and what the step does wrong to the modes of the basis is taken out. In
-steps a mode's receptance is the continuous one times rho = tan(w dt/2) / (w dt/2) near its pole; a factor common to all
+compliance R is that of all cut modes, R = C C^T; each column of C is carried by one pseudo-mode, or, for the first two
+columns of a string held at no more than one point, by two. C is turned to the axes in which C^-1 (.) C^-T, the whole
+discrete receptance at the first matching frequency, is diagonal for bridge and contacts; with the right frequencies of
+the pseudo-modes it is then right between all of them. Along these axes their losses, and of two the second frequency,
+are right as well: the cut modes are added and what the step does wrong to the modes of the basis is taken out. In steps
+a mode's receptance is the continuous one times rho = tan(w dt/2) / (w dt/2) near its pole; a factor common to all
 subsystems moves no pole, so rho times the continuous receptance is what is aimed at.
 """
 
@@ -13,7 +14,16 @@ import math
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.linalg import ROW, cholesky, solve_lower, solve_upper, whiten
+from ukrt.engine.kernels.linalg import (
+    ROW,
+    along_axis,
+    cholesky,
+    principal_axes,
+    solve_lower,
+    solve_upper,
+    turn_rows,
+    whiten,
+)
 
 M_STATIC, M_OLD, M_CROSS, M_REAL, M_LOSS = (at.SCRATCH + 64 * k for k in (0, 1, 2, 3, 5))  # the last two: MATCHES each
 V_MOVED = at.SCRATCH + 448  # residual displacement of the old ports: Y now, Y before, Z now, Z before; 8 each
@@ -197,6 +207,32 @@ def _clear_modes(d, i, s):
 
 
 @kernel
+def _carries(d, n, j):
+    """Whether column ``j`` of C (at M_STATIC) is there at all: not where two ports are one."""
+    total = 0.0
+    for port in range(n):
+        total += d[M_STATIC + ROW * port + j] ** 2
+    return total > 0.0
+
+
+@kernel
+def _turn_to_axes(d, axes, n, n_ports):
+    """Turn C (at M_STATIC), the displacement and what the receptance lacks to the axes of its first real part.
+
+    Only the first ``n`` columns are, those of bridge and contacts: the last belongs to the pluck alone, so that its
+    coming and going changes nothing about the others.
+    """
+    principal_axes(d, M_REAL, n, axes)
+    for m in (M_REAL + 64, M_LOSS, M_LOSS + 64):
+        for j in range(n):
+            d[V_NEXT + j] = along_axis(d, m, n, axes, j)
+        for j in range(n):
+            d[m + (ROW + 1) * j] = d[V_NEXT + j]
+    turn_rows(d, M_STATIC, n_ports, n, axes)
+    turn_rows(d, V_MOVED, 4, n, axes)
+
+
+@kernel
 def rebuild_residual(d, i, s, n_old, n_new):
     """Make the pseudo-modes of string ``s`` for its ``n_new`` ports and give them the motion; returns how many."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
@@ -212,11 +248,14 @@ def rebuild_residual(d, i, s, n_old, n_new):
         whiten(d, M_STATIC, n_new, M_LOSS + 64 * match)
     for k in range(4):
         solve_lower(d, M_STATIC, n_new, V_MOVED + 8 * k, 1)
-    _clear_modes(d, i, s)
     n_contacts = i[own_i + at.SI_FINGER] + i[own_i + at.SI_DAMPER]
+    _turn_to_axes(d, own + at.S_PSEUDO_AXES, 1 + n_contacts, n_new)
+    _clear_modes(d, i, s)
     mode = 0
     for j in range(n_new):
         place = (ROW + 1) * j
+        if not _carries(d, n_new, j):
+            continue
         share, square = 0.0, 0.0
         if j < 2 and n_contacts < 2:
             share, square = _two_modes(d[M_REAL + place], d[M_REAL + 64 + place], q_1, q_2)
@@ -229,7 +268,6 @@ def rebuild_residual(d, i, s, n_old, n_new):
             mode += 2
         else:
             square, decay = _one_mode(d[M_REAL + place], d[M_LOSS + place], q_1, math.sin(phase_1), lowest)
-            if d[M_STATIC + place] > 0.0:
-                _place_mode(d, i, s, mode, j, n_new, 1.0, square, decay)
+            _place_mode(d, i, s, mode, j, n_new, 1.0, square, decay)
             mode += 1
     return mode

@@ -1,14 +1,16 @@
 """A finger that slides along a sounding string: its columns move every sample, exact every sixteenth, straight between.
 
 Enter a target place and a duration; leave, sample by sample, columns, W, V and sums at the finger's next place. The
-modes and the finger keep their motion; the string is shortened by real work of the finger.
+modes and the finger keep their motion; the string is shortened by real work of the finger. The pseudo-modes keep their
+axes and frequencies until the string's ports change again: anew they would weigh the velocity anew, 1e-6 of the energy.
 """
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.linalg import ROW, cholesky
+from ukrt.engine.kernels.linalg import ROW, cholesky, turn_rows
 from ukrt.engine.kernels.ports import (
     contact_place,
+    count_contacts,
     count_ports,
     invert_ports,
     measure_ports,
@@ -38,13 +40,14 @@ def _place_at(d, i, s, now):
 
 @kernel
 def _aim_pseudo_columns(d, i, s, n_ports):
-    """Columns of the pseudo-modes at the ports' new places: the factor of R there, their frequencies kept."""
+    """Columns of the pseudo-modes at the ports' new places: the factor of R there, axes and frequencies kept."""
     own = at.STRING + s * at.STRING_D_SIZE
     x = own + at.S_PORT_X
     for j in range(n_ports):
         for k in range(n_ports):
             d[M_STATIC + ROW * j + k] = cut_receptance(d, s, 0, d[x + j], d[x + k]) / d[own + at.S_RATIO]
     cholesky(d, M_STATIC, n_ports)
+    turn_rows(d, M_STATIC, n_ports, 1 + count_contacts(i, s), own + at.S_PSEUDO_AXES)
     for mode in range(at.RESIDUAL_MODES):
         weight, j = d[own + at.S_PSEUDO_WEIGHT + mode], int(d[own + at.S_PSEUDO + mode])
         _, c = pseudo_places(i, s, mode)
@@ -90,7 +93,6 @@ def follow_slide(d, i, s):
     i[own_i + at.SI_MOVE_AT] += 1
     if i[own_i + at.SI_MOVE_AT] == i[own_i + at.SI_MOVE_LENGTH]:
         i[own_i + at.SI_MOVE_LENGTH] = 0
-        i[own_i + at.SI_CHANGED] |= 1  # the pseudo-modes' frequencies are found anew at the end
     measure_ports(d, i, s)
     invert_ports(d, i, s)
     sum_string(d, i, s)
