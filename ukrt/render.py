@@ -6,6 +6,9 @@ sound ends.
 Engines give Pa or N. Full scale 1.0 is 1 Pa or 1 N times the gain: for ``pressure`` the preset's ``radiation.gain_db``
 plus ``gain_db``; for ``bridge-force`` and ``strings`` ``gain_db`` alone (a force is no loudness). Normalising, where
 asked for, puts the peak at -1 dBFS, and ``gain_db`` then comes on top.
+
+``start`` and ``end`` ask for a part, which is bit for bit what stands there in the whole (`ukrt.drivers.files.part`):
+normalising, too, goes by the whole's peak.
 """
 
 import math
@@ -18,6 +21,9 @@ import numpy as np
 from ukrt.drivers.files.audio import AudioWriter, check_audio_path
 from ukrt.drivers.files.midi import load_midi_file
 from ukrt.drivers.files.offline import MAX_TAIL_SECONDS, Performance
+from ukrt.drivers.files.part import Part
+from ukrt.drivers.files.position import find_part, parse_position
+from ukrt.drivers.files.report import make_report
 from ukrt.errors import AudioFileError, ParameterError
 from ukrt.units import db_to_gain, gain_to_db
 
@@ -28,7 +34,7 @@ SIGNALS = ("pressure", "bridge-force", "strings")
 
 
 def render(path, preset="classical", **options):
-    """Render a MIDI file to an array.
+    """Render a MIDI file, or a part of it, to an array.
 
     Parameters
     ----------
@@ -75,9 +81,10 @@ def render_file(path, target, preset="classical", *, bits="24", overwrite=True, 
     folder = check_audio_path(target, bits, sample_rate=sample_rate).parent
     writer = None
 
-    def open_writer(channels, rate, max_frames):
+    def open_writer(channels, rate, max_frames, first_frame):
         nonlocal writer
-        writer = AudioWriter(target, rate, channels, bits, overwrite=overwrite, max_frames=max_frames)
+        options = {"overwrite": overwrite, "max_frames": max_frames, "first_frame": first_frame}
+        writer = AudioWriter(target, rate, channels, bits, **options)
         return writer
 
     try:
@@ -103,16 +110,19 @@ def render_to(
     tail_db=-60.0,
     max_minutes=120.0,
     overrides=None,
+    start=None,
+    end=None,
     progress=None,
     spool_folder=None,
     engine_factory=None,
 ):
-    """Render a MIDI file block by block; only one block is in memory at a time.
+    """Render a MIDI file, or a part of it, block by block; only one block is in memory at a time.
 
     Parameters
     ----------
-    open_sink : callable (channels, sample_rate, max_frames) -> object with ``write(block)``
-        Called once, when file and preset have been accepted; blocks are float64 (n <= block_size, channels).
+    open_sink : callable (channels, sample_rate, max_frames, first_frame) -> object with ``write(block)``
+        Called once, when file and preset have been accepted; blocks are float64 (n <= block_size, channels), the first
+        one's first frame is ``first_frame`` of the whole.
     path : str or path-like
         The MIDI file.
     preset : str, path-like or Guitar
@@ -130,6 +140,9 @@ def render_to(
         Longer MIDI files are refused.
     overrides : dict of str to str, optional
         Dotted preset keys and their values.
+    start, end : str or float [s], optional
+        The part that is wanted: seconds, or words such as ``"1:30"``, ``"bar:5"``, ``"bar:5.3"`` (its third beat),
+        ``"marker:Chorus"``, see `ukrt.drivers.files.position`. The end itself is not in it.
     progress : callable (done_s, total_s), optional
         Called now and then with the time rendered and the time there is to render [s].
     spool_folder : path-like, optional
@@ -139,39 +152,43 @@ def render_to(
     Returns
     -------
     report : dict
-        Ready for JSON. ``notes_total``, ``notes_dropped``, ``notes_stolen``, ``notes_folded``,
-        ``notes_percussion``, ``duration_s`` (of the sound), ``midi_duration_s``,
-        ``peak_dbfs`` (None for silence), ``clipped_samples`` (beyond full scale),
-        ``times_real_time`` (of the engine; its first block, which may wait for the compiler, is left out; None where
-        there is no other), ``preset``, ``sample_rate``, ``signal``, ``channels``, ``frames``, ``gain_db`` (all in all),
-        ``title``, ``warnings`` (oddities of the MIDI file), ``counters`` (the engine's), and ``notes``: a list of
-        ``time_s``, ``release_frame`` (in output samples), ``midi``, ``channel``, ``string``, ``fret``, ``force_n``,
-        ``end_s``, ``fate``.
+        See `ukrt.drivers.files.report.make_report`.
     """
     _check_options(block_size, signal, gain_db, tail_db)
     score = load_midi_file(path, max_minutes)
+    start_s, end_s = find_part(start, end, score, os.fspath(path))
+    if start_s > score.duration_s + MAX_TAIL_SECONDS:
+        raise _beyond(start, score.duration_s)
+    part = Part.of_seconds(start_s, end_s, sample_rate)
     guitar = _guitar(preset, overrides)
     engine = (engine_factory or _engine)(guitar, sample_rate, signal=signal)
     try:
         performance = Performance(score, engine, block_size, tail_db, _response_frames(engine, signal), progress)
-        max_frames = math.ceil((score.duration_s + MAX_TAIL_SECONDS) * sample_rate) + 1
+        most = min(math.ceil((score.duration_s + MAX_TAIL_SECONDS) * sample_rate) + 1, part.end) - part.start
         total_db = gain_db + (guitar.radiation.gain_db if signal == "pressure" else 0.0)
-        meter = _Meter(open_sink(engine.channels, sample_rate, max_frames))
+        meter = _Meter(open_sink(engine.channels, sample_rate, most, part.start))
         if normalize:
-            total_db = _write_normalized(performance, meter, gain_db, engine.channels, spool_folder)
+            total_db = _write_normalized(performance, part, meter, gain_db, engine.channels, spool_folder)
         else:
             gain = db_to_gain(total_db)
-            for block in performance.blocks():
+            for _, block in part.cut(performance.blocks()):
                 meter.write(block * gain)
-        return _report(score, performance, meter, guitar, signal, total_db)
+        if part.start > 0 and meter.frames == 0:
+            raise _beyond(start, engine.frame / engine.sample_rate)
+        return make_report(score, performance, meter, guitar, signal, total_db, part)
     finally:
         engine.close()
+
+
+def _beyond(start, end_s):
+    where = parse_position(start).text
+    return ParameterError("start", where, f"the sound ends at {end_s:.1f} s, before which a part must begin")
 
 
 class _Memory:
     """A sink that keeps its blocks."""
 
-    def open(self, channels, sample_rate, max_frames):
+    def open(self, channels, sample_rate, max_frames, first_frame):
         self.blocks = [np.zeros((0, channels))]
         return self
 
@@ -194,13 +211,13 @@ class _Meter:
         self._sink.write(block)
 
 
-def _write_normalized(performance, meter, gain_db, channels, folder):
-    """Let the sound wait in a temporary file until its peak is known, then write it; returns the gain [dB]."""
+def _write_normalized(performance, part, meter, gain_db, channels, folder):
+    """Let the part wait in a temporary file until the whole's peak is known, then write it; returns the gain [dB]."""
     peak, rows = 0.0, 65536
     try:
         with tempfile.TemporaryFile(dir=folder) as spool:
-            for block in performance.blocks():
-                peak = max(peak, float(np.max(np.abs(block), initial=0.0)))
+            for whole, block in part.cut(performance.blocks(), to_end=True):
+                peak = max(peak, float(np.max(np.abs(whole), initial=0.0)))
                 spool.write(np.ascontiguousarray(block, dtype=np.float64).tobytes())
             total_db = NORMALIZED_DB + gain_db - (gain_to_db(peak) if peak > 0.0 else 0.0)
             gain = db_to_gain(total_db)
@@ -247,42 +264,3 @@ def _response_frames(engine, signal):
     if signal != "pressure":
         return 0
     return int(getattr(engine, "response_frames", round(MAX_RESPONSE_SECONDS * engine.sample_rate)))
-
-
-def _report(score, performance, meter, guitar, signal, gain_db):
-    """What was played and how, ready for JSON."""
-    engine, lead = performance.engine, performance.engine.lead_frames
-    counters = {name: _plain(value) for name, value in engine.counters().items() if np.ndim(value) == 0}
-    notes = [
-        {name: _plain(value) for name, value in (row | {"release_frame": row["release_frame"] - lead}).items()}
-        for row in performance.notes
-    ]
-    seconds = performance.compute_seconds
-    speed = performance.timed_frames / engine.sample_rate / seconds if seconds > 0.0 else None
-    return {
-        "notes_total": score.n_notes,
-        "notes_dropped": counters["notes_dropped"],
-        "notes_stolen": counters["notes_stolen"],
-        "notes_folded": counters.get("notes_folded", 0),
-        "notes_percussion": counters.get("notes_percussion", 0),
-        "duration_s": meter.frames / engine.sample_rate,
-        "midi_duration_s": score.duration_s,
-        "peak_dbfs": gain_to_db(meter.peak) if meter.peak > 0.0 else None,
-        "clipped_samples": meter.beyond_full_scale,
-        "times_real_time": speed,
-        "preset": guitar.name,
-        "sample_rate": _plain(engine.sample_rate),
-        "signal": signal,
-        "channels": engine.channels,
-        "frames": meter.frames,
-        "gain_db": gain_db,
-        "title": score.title,
-        "warnings": list(score.warnings),
-        "counters": counters,
-        "notes": notes,
-    }
-
-
-def _plain(value):
-    """NumPy scalars as Python's own numbers."""
-    return value.item() if isinstance(value, np.generic) else value

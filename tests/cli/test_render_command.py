@@ -59,6 +59,36 @@ def test_set_changes_the_sound(tmp_path, piece):
     assert sounds[0] != sounds[1]
 
 
+@pytest.mark.parametrize(("rate", "block", "suffix"), [(44100, 64, ".flac"), (48000, 1000, ".wav")])
+def test_a_part_is_bit_for_bit_that_of_the_whole(capsys, tmp_path, piece, rate, block, suffix):
+    whole, part, report = tmp_path / f"whole{suffix}", tmp_path / f"part{suffix}", tmp_path / "part.json"
+    assert render(piece, "-o", whole, "--rate", rate, "--tail-db", -20) == 0
+    capsys.readouterr()
+    options = ("--rate", rate, "--block", block, "--tail-db", -20, "--report", report)
+    assert render(piece, "-o", part, "--from", 0.1, "--to", "bar:1.2", *options) == 0
+    assert "0.4 s from 0.1 s on" in capsys.readouterr().out
+    expected = soundfile.read(whole, dtype="int32")[0][rate // 10 : rate // 2]
+    assert np.any(expected) and np.array_equal(soundfile.read(part, dtype="int32")[0], expected)
+    told = json.loads(report.read_text())
+    assert [note["midi"] for note in told["notes"]] == [64] and told["notes_total"] == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--from", "bar:x"), "no place in a piece"),
+        (("--from", "bar:9"), "has 1 bars"),
+        (("--to", "marker:Coda"), "no marker"),
+        (("--from", "1", "--to", "0.5"), "after the start"),
+        (("--from", "100"), "the sound ends"),
+    ],
+)
+def test_parts_that_are_not_there_are_refused(capsys, tmp_path, piece, options, words):
+    assert render(piece, *options) == 2
+    err = capsys.readouterr().err
+    assert words in err and err.count("\n") == 1 and [p.name for p in tmp_path.iterdir()] == ["piece.mid"]
+
+
 def test_a_refused_file_leaves_nothing(capsys, tmp_path):
     (tmp_path / "bad.mid").write_bytes(b"This is no MIDI file")
     assert render(tmp_path / "bad.mid", "--report", tmp_path / "bad.json") == 2

@@ -52,6 +52,19 @@ def test_a_take_is_rendered_bit_for_bit_as_it_was_played(capsys, tmp_path, take,
     assert [note["midi"] for note in told["notes"]] == [38, 62]
 
 
+def test_a_part_of_a_take_is_that_of_the_whole(capsys, tmp_path, take):
+    options = ("--from", 0.05, "--to", "0:00.3", "--report", tmp_path / "out.json")
+    assert render(take, "-o", tmp_path / "out.wav", *options) == 0
+    assert "bit for bit" in capsys.readouterr().out
+    heard = sound(tmp_path / "take.wav")[round(0.05 * RATE) : round(0.3 * RATE)]
+    np.testing.assert_array_equal(sound(tmp_path / "out.wav").view(np.uint32), heard.view(np.uint32))
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert [note["midi"] for note in told["notes"]] == [62] and told["frames"] == len(heard)
+    for options, words in ((("--from", "bar:2"), "is a take"), (("--from", "1"), "the take ends at 0.5 s")):
+        assert render(take, "-o", tmp_path / "none.wav", *options) == 2
+        assert words in capsys.readouterr().err and not (tmp_path / "none.wav").exists()
+
+
 OTHERWISE = [
     (("--preset", "classical"), "--preset"),
     (("--set", "pluck.place=0.7"), "--set"),

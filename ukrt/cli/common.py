@@ -5,7 +5,7 @@ import math
 import pathlib
 import sys
 
-from ..errors import MissingExtraError, UkrtError
+from ..errors import MissingExtraError, ParameterError, UkrtError
 
 
 class UsageError(UkrtError):
@@ -98,6 +98,23 @@ def add_block_option(parser, default, words):
         metavar="N",
         help=f"frames computed at once; the sound does not depend on it ({words})",
     )
+
+
+def add_part_options(parser, words):
+    """``--from`` and ``--to``, as ``args.start`` and ``args.end`` (Position or None)."""
+    where = "seconds (12.5), 1:30, bar:5, bar:5.3 (its third beat) or marker:NAME"
+    parser.add_argument("--from", dest="start", type=_position, metavar="PLACE", help=f"{words}: {where}")
+    parser.add_argument("--to", dest="end", type=_position, metavar="PLACE", help="and ends before this, likewise")
+
+
+def _position(text):
+    """An argument type: a place in a piece."""
+    from ..drivers.files.position import parse_position
+
+    try:
+        return parse_position(text)
+    except ParameterError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no place in a piece; {error.legal}") from None
 
 
 def load_guitar(args):

@@ -9,6 +9,7 @@ from .common import (
     add_block_option,
     add_command,
     add_guitar_options,
+    add_part_options,
     add_rate_option,
     clock_time,
     describe_notes,
@@ -27,6 +28,8 @@ examples:
   ukrt render song.mid --preset drop-d --set pluck.place=0.8
   ukrt render song.mid --signal strings --bits 32f -o strings.wav
   ukrt render song.mid --report song.json         which string and fret each note took
+  ukrt render song.mid --from bar:5 --to bar:9    bars 5 to 8, bit for bit as in the whole
+  ukrt render song.mid --from marker:Coda         from a marker on; --from 1:30 --to 95.5 are times
   ukrt render take.mid -o heard.wav               a take of `ukrt play --record`, bit for bit as it was played
   ukrt render take.mid --set pluck.place=0.9      its messages on another guitar, as any MIDI file
 """
@@ -67,7 +70,10 @@ def add_parser(commands):
         metavar="DB",
         help="louder or softer by this, on top of the preset's gain; full scale is 1 Pa or 1 N times the gain",
     )
-    parser.add_argument("--normalize", action="store_true", help="put the peak at -1 dBFS, whatever it was")
+    parser.add_argument(
+        "--normalize", action="store_true", help="put the peak of the whole at -1 dBFS, whatever it was"
+    )
+    add_part_options(parser, "write only what begins here; computed as in the whole, bit for bit")
     parser.add_argument(
         "--tail-db",
         type=number("dB", -200, -1),
@@ -119,6 +125,8 @@ def _render(args, target, guitar, rate=48000, signal="pressure"):
             normalize=args.normalize,
             tail_db=args.tail_db,
             max_minutes=args.max_minutes,
+            start=args.start,
+            end=args.end,
             progress=progress,
             engine_factory=make_engine,
         )
@@ -129,6 +137,7 @@ def _render_take(args, target):
     from ..drivers.takes.reader import read_take
 
     take = read_take(args.midi)
+    start_s, end_s = _part_of_take(args)
     if other := _other_than(args, take):
         say(f"{args.midi}: with {', '.join(other)} the take is rendered like any MIDI file, not bit for bit as played")
         return _render(args, target, _guitar_of(args, take), round(take.sample_rate), take.signal)
@@ -142,9 +151,21 @@ def _render_take(args, target):
             overwrite=args.force or args.output is not None,
             block_size=args.block,
             max_minutes=args.max_minutes,
+            start_s=start_s,
+            end_s=end_s,
             progress=progress,
             engine_factory=make_engine,
         )
+
+
+def _part_of_take(args):
+    """The part of a take that is wanted: (start, end) [s]."""
+    from ..drivers.files.position import find_part
+
+    for option, position in (("--from", args.start), ("--to", args.end)):
+        if position is not None and position.seconds is None:
+            raise UsageError(f"{option} {position.text}: {args.midi} is a take, which has times (12.5 or 1:30) alone")
+    return find_part(args.start, args.end, None, args.midi)
 
 
 def _other_than(args, take):
@@ -209,10 +230,11 @@ class _progress:
 def _summary(target, report):
     """The summary, in words."""
     peak, speed = report["peak_dbfs"], report["times_real_time"]
+    start = f" from {clock_time(report['start_s'])} on" if report["start_s"] > 0.0 else ""
     lines = [
-        f"{target}: {clock_time(report['duration_s'])}, {report['sample_rate']:.0f} Hz, "
+        f"{target}: {clock_time(report['duration_s'])}{start}, {report['sample_rate']:.0f} Hz, "
         f"{report['channels']} channel{'s' if report['channels'] > 1 else ''}, {report['bits']} bit",
-        f"  notes           {describe_notes(report['counters'] | {'notes_on': report['notes_total']})}",
+        f"  notes           {describe_notes(report | {'notes_on': report['notes_total']})}",
         f"  peak            {'silence' if peak is None else f'{peak:.1f} dBFS'}",
     ]
     if speed is not None:

@@ -90,6 +90,8 @@ class AudioWriter:
         The most frames that may come; where a WAV of that length passes 4 GB it is written as RF64 (EBU Tech 3306).
     seed : int
         Of the dither.
+    first_frame : int
+        Where the file's first frame stands in a whole of which it is a part: it gets the dither that it has there.
 
     Attributes
     ----------
@@ -101,7 +103,9 @@ class AudioWriter:
         ``WAV``, ``RF64`` or ``FLAC``.
     """
 
-    def __init__(self, path, sample_rate, channels, bits="24", *, overwrite=True, max_frames=None, seed=0):
+    def __init__(
+        self, path, sample_rate, channels, bits="24", *, overwrite=True, max_frames=None, seed=0, first_frame=0
+    ):
         self.path, self.bits, self.channels = pathlib.Path(path), str(bits), channels
         self._target = check_audio_path(path, self.bits, channels, sample_rate)
         if not overwrite and self._target.exists():
@@ -111,7 +115,8 @@ class AudioWriter:
         self.format = SUFFIXES[self.path.suffix.lower()]
         if self.format == "WAV" and max_frames is not None and max_frames * self._bytes_per_frame > WAV_MAX_BYTES:
             self.format = "RF64"
-        self._random = np.random.Generator(np.random.PCG64(seed))
+        generator = np.random.PCG64(seed).advance(2 * channels * first_frame)  # one step for each number drawn
+        self._random = np.random.Generator(generator)
         self._part = self._target.with_name(f".ukrt-{secrets.token_hex(6)}.part")
         self._file = None
         try:

@@ -14,9 +14,9 @@ What is done with files that break the rules (Standard MIDI Files 1.0, MMA RP-00
   (played up to there).
 - Refused with a `MidiFileError`: everything of which no track can be understood, or no note where a track broke.
 
-Format 2 holds independent sequences; they are played one after another, each with its own tempo map. Chunks that are
-not tracks are skipped, RIFF wrappers (RMID) opened. In formats 0 and 1 events at the same tick keep the order of the
-tracks.
+Format 2 holds independent sequences; they are played one after another, each with its own tempo map, and each one's
+name is a marker at its beginning. Chunks that are not tracks are skipped, RIFF wrappers (RMID) opened. In formats 0 and
+1 events at the same tick keep the order of the tracks. Music begins at time 0: an SMPTE offset is passed over.
 """
 
 import os
@@ -26,14 +26,15 @@ from fractions import Fraction
 
 import numpy as np
 
+from ukrt.drivers.files.bars import Bars, Sequence
 from ukrt.drivers.files.midi_events import read_at_most
 from ukrt.drivers.files.midi_track import MAX_EVENTS, UnreadableError, scan_track
+from ukrt.drivers.files.tempo_map import TempoMap
 from ukrt.errors import MidiFileError
 
 MAX_BYTES = 32 * 2**20
 MAX_TRACKS = 65535  # what the header's 16 bits can count
 MAX_WARNINGS = 20
-DEFAULT_TEMPO = 500_000  # microseconds per quarter note, 120 a minute (RP-001)
 FRAMES_PER_SECOND = {24: Fraction(24), 25: Fraction(25), 29: Fraction(30000, 1001), 30: Fraction(30)}  # 29: 29.97 drop
 
 
@@ -58,6 +59,10 @@ class Score:
     track_names : tuple of str
     warnings : tuple of str
         One sentence for each oddity that was played around.
+    markers : tuple of (float [s], str)
+        Markers and cue points in time order.
+    bars : Bars or None
+        None where a score is not from a file.
     """
 
     time_s: np.ndarray
@@ -71,6 +76,8 @@ class Score:
     copyright: str = ""
     track_names: tuple = ()
     warnings: tuple = ()
+    markers: tuple = ()
+    bars: Bars | None = None
 
 
 def load_midi_file(path, max_minutes=120.0):
@@ -202,44 +209,7 @@ def _tracks(data, at, warnings):
     return tracks
 
 
-# Time --------------------------------------------------------------------------------------------------------------
-
-
-class _Clock:
-    """Turns ticks into seconds: by the tempo map, or for SMPTE divisions by a fixed number of ticks per second.
-
-    All sums are integers (ticks times microseconds), so times are exact to the rounding of one division.
-    """
-
-    def __init__(self, tempos, ticks_per_quarter, ticks_per_second):
-        if ticks_per_second is not None:  # t = tick / rate, written as tempo / (unit): numerators stay integer
-            starts, rates = [0], [ticks_per_second.denominator]
-            self._unit = ticks_per_second.numerator
-        else:
-            starts, rates = [0], [DEFAULT_TEMPO]
-            self._unit = ticks_per_quarter * 1_000_000
-            for tick, tempo in sorted(tempos, key=lambda change: change[0]):
-                if tick == starts[-1]:
-                    rates[-1] = tempo
-                else:
-                    starts.append(tick)
-                    rates.append(tempo)
-        sums = [0]
-        for k in range(1, len(starts)):
-            sums.append(sums[-1] + (starts[k] - starts[k - 1]) * rates[k - 1])
-        self._starts, self._rates, self._sums = starts, rates, sums
-
-    def seconds(self, tick):
-        """Time of one tick [s]."""
-        k = int(np.searchsorted(np.array(self._starts), tick, side="right")) - 1
-        return (self._sums[k] + (tick - self._starts[k]) * self._rates[k]) / self._unit
-
-    def seconds_array(self, ticks):
-        """Times of ticks, an int64 array (n,), as float64 (n,) [s]."""
-        starts = np.array(self._starts, dtype=np.int64)
-        rates, sums = np.array(self._rates, dtype=np.float64), np.array(self._sums, dtype=np.float64)
-        k = np.searchsorted(starts, ticks, side="right") - 1
-        return (sums[k] + (ticks - starts[k]) * rates[k]) / self._unit
+# Time ----------------------------------------------------------------------------------------------------------------
 
 
 def _merge(tracks):
@@ -263,18 +233,22 @@ def _score(data, max_minutes):
         warnings.append(f"the header says {declared} tracks, {len(tracks)} are there")
     if midi_format == 0 and len(tracks) > 1:
         warnings.append(f"format 0 has one track, here are {len(tracks)}; they are played together")
-    sequences = [[track] for track in tracks] if midi_format == 2 else [tracks]
-    parts, start = [], 0.0
-    for sequence in sequences:
-        clock = _Clock([change for track in sequence for change in track.tempos], per_quarter, per_second)
-        length = clock.seconds(max(track.end_tick for track in sequence))
+    groups = [[track] for track in tracks] if midi_format == 2 else [tracks]
+    parts, sequences, markers, start = [], [], [], 0.0
+    for group in groups:
+        sequence = _sequence(group, start, per_quarter, per_second)
+        length = sequence.clock.seconds(sequence.end_tick)
         if start + length > 60.0 * max_minutes:
             raise UnreadableError(
                 f"lasts {(start + length) / 60.0:.1f} minutes or more, at most {max_minutes:g} are allowed "
                 "(option --max-minutes)"
             )
-        ticks, *columns = _merge(sequence)
-        parts.append((start + clock.seconds_array(ticks), *columns))
+        ticks, *columns = _merge(group)
+        parts.append((start + sequence.clock.seconds_array(ticks), *columns))
+        sequences.append(sequence)
+        if midi_format == 2 and group[0].name:
+            markers.append((start, group[0].name))
+        markers += _in_order((start + sequence.clock.seconds(tick), name) for t in group for tick, name in t.markers)
         start += length
     time_s, status, data1, data2 = (np.concatenate(column) for column in zip(*parts, strict=True))
     n_notes = int(np.count_nonzero((status & 0xF0 == 0x90) & (data2 > 0)))
@@ -296,4 +270,18 @@ def _score(data, max_minutes):
         copyright=copyrights[0] if copyrights else "",
         track_names=names,
         warnings=tuple(warnings),
+        markers=tuple(markers),
+        bars=Bars(sequences),
     )
+
+
+def _sequence(tracks, start_s, per_quarter, per_second):
+    """The times and bars of tracks that sound together."""
+    clock = TempoMap([change for track in tracks for change in track.tempos], per_quarter, per_second)
+    signatures, keys = (_in_order(c for t in tracks for c in getattr(t, name)) for name in ("signatures", "keys"))
+    return Sequence(start_s, clock, max(track.end_tick for track in tracks), tuple(signatures), tuple(keys))
+
+
+def _in_order(events):
+    """Events in order of their first item; those at the same place keep the order of the tracks."""
+    return sorted(events, key=lambda event: event[0])

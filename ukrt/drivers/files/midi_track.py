@@ -13,7 +13,9 @@ from ukrt.drivers.files.midi_events import END_OF_TRACK, META, BrokenTrackError,
 MAX_EVENTS = 2_000_000  # in one file: three orders of magnitude beyond a long guitar piece; bounds time and memory
 MAX_TEXT = 200  # characters kept of a name
 
-SET_TEMPO, COPYRIGHT, TRACK_NAME = 0x51, 0x02, 0x03
+COPYRIGHT, TRACK_NAME, MARKER, CUE_POINT = 0x02, 0x03, 0x06, 0x07
+SET_TEMPO, TIME_SIGNATURE, KEY_SIGNATURE = 0x51, 0x58, 0x59
+MAX_DENOMINATOR_POWER = 6  # 64ths: shorter beats are no music
 
 
 class UnreadableError(Exception):
@@ -22,13 +24,17 @@ class UnreadableError(Exception):
 
 @dataclass
 class Track:
-    """The events of one track: channel messages at absolute ticks, tempo changes, names, and what was odd."""
+    """The events of one track: channel messages at absolute ticks, changes of tempo, time and key, markers, names, and
+    what was odd."""
 
     ticks: array = field(default_factory=lambda: array("q"))
     status: array = field(default_factory=lambda: array("B"))
     data1: array = field(default_factory=lambda: array("B"))
     data2: array = field(default_factory=lambda: array("B"))
     tempos: list = field(default_factory=list)  # (tick, microseconds per quarter note)
+    signatures: list = field(default_factory=list)  # (tick, numerator, denominator)
+    keys: list = field(default_factory=list)  # (tick, fifths)
+    markers: list = field(default_factory=list)  # (tick, text) of markers and cue points
     end_tick: int = 0
     n_events: int = 0
     name: str = ""
@@ -90,18 +96,41 @@ def _scan_events(track, data, at, end, max_events):
 def _meta(track, kind, raw, tick):
     """Act on a meta event."""
     if kind == SET_TEMPO:
-        tempo = int.from_bytes(raw, "big") if len(raw) == 3 else 0
-        if tempo > 0:
-            track.tempos.append((tick, tempo))
-        else:
-            size = len(raw)
-            odd = f"has a tempo of {tempo} microseconds in {size} bytes (legal: above 0, in 3 bytes), which is ignored"
-            if odd not in track.odd:
-                track.odd.append(odd)
+        _tempo(track, raw, tick)
+    elif kind == TIME_SIGNATURE:
+        _signature(track, raw, tick)
+    elif kind == KEY_SIGNATURE and len(raw) == 2 and abs(fifths := int.from_bytes(raw[:1], signed=True)) <= 7:
+        track.keys.append((tick, fifths))
+    elif kind in (MARKER, CUE_POINT) and (name := _text(raw)):
+        track.markers.append((tick, name))
     elif kind == TRACK_NAME and not track.name:
         track.name = _text(raw)
     elif kind == COPYRIGHT and not track.copyright:
         track.copyright = _text(raw)
+
+
+def _tempo(track, raw, tick):
+    tempo = int.from_bytes(raw, "big") if len(raw) == 3 else 0
+    if tempo > 0:
+        track.tempos.append((tick, tempo))
+    else:
+        found = f"a tempo of {tempo} microseconds in {len(raw)} bytes (legal: above 0, in 3 bytes)"
+        _ignored(track, found)
+
+
+def _signature(track, raw, tick):
+    numerator, power = (raw[0], raw[1]) if len(raw) >= 2 else (0, 0)
+    if numerator > 0 and power <= MAX_DENOMINATOR_POWER:
+        track.signatures.append((tick, numerator, 1 << power))
+    else:
+        _ignored(track, f"a time signature of {numerator}/2^{power} (legal: above 0, over 1 to 64)")
+
+
+def _ignored(track, found):
+    """Tell once of something that is passed over."""
+    odd = f"has {found}, which is ignored"
+    if odd not in track.odd:
+        track.odd.append(odd)
 
 
 def _text(raw):

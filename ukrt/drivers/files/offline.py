@@ -7,6 +7,8 @@ on its time.
 After the score's end the sound goes on until the energy of strings, body and fingers has stayed ``tail_db`` below its
 largest value for as long as the impulse response lasts, at most 30 s; its last 30 ms are faded out. A score without
 notes takes its own duration and no more. Neither the samples nor their number depend on the block size.
+
+A part is cut out of the whole, which is computed from its beginning: strings remember (`ukrt.drivers.files.part`).
 """
 
 import math
@@ -38,7 +40,7 @@ class Performance:
 
     def __init__(self, score, engine, block_size, tail_db, response_frames=0, progress=None):
         self.score, self.engine, self.block_size = score, engine, block_size
-        self.notes = []
+        self._notes = []
         self.compute_seconds, self.timed_frames = 0.0, 0
         self._quiet_ratio = 10.0 ** (tail_db / 10.0)
         self._response_frames = response_frames
@@ -72,7 +74,11 @@ class Performance:
             block = engine.process(min(self.block_size, fade - at))
             phase = (np.arange(at, at + len(block)) + 0.5) / fade
             yield block * (0.5 + 0.5 * np.cos(np.pi * phase))[:, None]
+
+    def notes(self):
+        """The log of the notes so far (list of dict)."""
         self._harvest()
+        return self._notes
 
     def _done(self):
         done = max(self.engine.frame - self.engine.lead_frames, 0) / self._rate
@@ -104,7 +110,7 @@ class Performance:
         """Take over the log of notes before its ring comes round; rows known already are renewed."""
         rows = self.engine.note_log()
         first = max(self._notes_sent - len(rows), 0)
-        self.notes[first:] = rows
+        self._notes[first:] = rows
         self._notes_seen = self._notes_sent
 
     def _is_quiet(self):

@@ -94,9 +94,8 @@ class Replay:
             if self._notes_sent - self._notes_seen >= HARVEST:
                 self._harvest()
             yield block
-        if end == self.take.frames:
-            self._harvest()
-            self._progress(self._seconds, self._total_seconds)
+        self._harvest()
+        self._progress(self._seconds, self._total_seconds)
 
     def _send(self, stop):
         """Send what acts before ``stop``; returns ``stop`` or an earlier frame, before what cannot be sent yet."""
