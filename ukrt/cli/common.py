@@ -153,12 +153,12 @@ def clock_time(seconds):
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def announce_compiling(last):
-    """Say so where the engine has to be compiled first, which takes a while; ``last`` is what is compiled last."""
+def announce_compiling(last, what="the engine", long="one to two minutes"):
+    """Say so where something has to be compiled first, which takes a while; ``last`` is what is compiled last."""
     from ..engine.kernels.jit import cache_folder
 
     if not any(pathlib.Path(cache_folder()).rglob(f"*{last}*.nbi")):
-        say("compiling the engine for this machine; this is done once and takes one to two minutes")
+        say(f"compiling {what} for this machine; this is done once and takes {long}")
 
 
 def make_engine(guitar, rate, **options):

@@ -11,13 +11,14 @@ import threading
 
 from .. import __version__
 from ..errors import UkrtError
-from . import bench, devices, doctor, figures, identify, ir, play, presets, render, simulate
+from . import bench, devices, doctor, figures, identify, ir, play, presets, render, simulate, tab
 from .common import Parser
 
 _EPILOG = """\
 examples:
   ukrt render song.mid                 song.wav beside it, 48 kHz, 24 bit
   ukrt play                            a MIDI keyboard plays the guitar; the bundled piece, where there is none
+  ukrt tab song.mid                    its tablature: which string and fret plays each note
   ukrt presets                         the guitars there are
   ukrt presets classical > mine.toml   a guitar to change; then: ukrt play --preset mine.toml
   ukrt identify bass.wav -o mine.toml  the body of a guitar from measured responses of its bridge
@@ -36,7 +37,7 @@ def make_parser():
     parser = Parser(prog="ukrt", description="A nylon-string guitar computed from its physics.", epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=f"ukrt {__version__}")
     commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
-    for module in (render, play, devices, presets, identify, ir, simulate, figures, bench, doctor):
+    for module in (render, play, tab, devices, presets, identify, ir, simulate, figures, bench, doctor):
         module.add_parser(commands)
     return parser
 

@@ -1,0 +1,1 @@
+"""What the left hand does, written down: fingerings as tablature, MusicXML and annotations."""
