@@ -158,11 +158,11 @@ def render_to(
     score = load_midi_file(path, max_minutes)
     start_s, end_s = find_part(start, end, score, os.fspath(path))
     if start_s > score.duration_s + MAX_TAIL_SECONDS:
-        raise _beyond(start, score.duration_s)
-    part = Part.of_seconds(start_s, end_s, sample_rate)
+        raise _beyond(start, f"before {score.duration_s + MAX_TAIL_SECONDS:.1f} s")
     guitar = _guitar(preset, overrides)
     engine = (engine_factory or _engine)(guitar, sample_rate, signal=signal)
     try:
+        part = Part.of_seconds(start_s, end_s, engine.sample_rate)
         performance = Performance(score, engine, block_size, tail_db, _response_frames(engine, signal), progress)
         most = min(math.ceil((score.duration_s + MAX_TAIL_SECONDS) * sample_rate) + 1, part.end) - part.start
         total_db = gain_db + (guitar.radiation.gain_db if signal == "pressure" else 0.0)
@@ -174,15 +174,14 @@ def render_to(
             for _, block in part.cut(performance.blocks()):
                 meter.write(block * gain)
         if part.start > 0 and meter.frames == 0:
-            raise _beyond(start, engine.frame / engine.sample_rate)
+            raise _beyond(start, f"at {(engine.frame - engine.lead_frames) / sample_rate:.1f} s")
         return make_report(score, performance, meter, guitar, signal, total_db, part)
     finally:
         engine.close()
 
 
-def _beyond(start, end_s):
-    where = parse_position(start).text
-    return ParameterError("start", where, f"the sound ends at {end_s:.1f} s, before which a part must begin")
+def _beyond(start, when):
+    return ParameterError("start", parse_position(start).text, f"the sound ends {when}, and a part begins earlier")
 
 
 class _Memory:

@@ -77,7 +77,7 @@ def test_a_part_is_bit_for_bit_that_of_the_whole(capsys, tmp_path, piece, rate, 
     ("options", "words"),
     [
         (("--from", "bar:x"), "no place in a piece"),
-        (("--from", "bar:9"), "has 1 bars"),
+        (("--from", "bar:9"), "has 1 bar and"),
         (("--to", "marker:Coda"), "no marker"),
         (("--from", "1", "--to", "0.5"), "after the start"),
         (("--from", "100"), "the sound ends"),

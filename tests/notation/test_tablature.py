@@ -68,7 +68,7 @@ def test_articulations_and_what_was_not_played():
     rows += [row(score, 3, 0, 30) | {"string": None, "fate": "percussion"}]
     text = draw(make_sheet(score, "g", rows, OPEN))
     assert [fret for *_, fret in read_back(text)[0]] == ["10", "h11", "p12", "/13"]
-    assert "dropped: bar 1, beat 3.5: Bb4 (MIDI note 70)" in text and "1 notes of percussion" in text
+    assert "dropped: bar 1, beat 3.5: Bb4 (MIDI note 70)" in text and "1 note of percussion" in text
 
 
 @pytest.mark.parametrize(("key", "fifths", "name"), [(60, 0, "C4"), (61, 0, "C#4"), (61, -1, "Db4"), (40, 3, "E2")])

@@ -143,9 +143,13 @@ def _remarks(sheet):
             beat = 1 + quarters * bar.denominator / 4
             lines.append(f"{fate}: bar {bar.number}, beat {beat:.4g}: {note_name(midi, bar.fifths)} (MIDI note {midi})")
     if percussion := sum(fate == "percussion" for *_, fate in sheet.lost):
-        lines.append(f"not played: {percussion} notes of percussion (channel 10)")
+        lines.append(f"not played: {_notes(percussion)} of percussion (channel 10)")
     if sheet.unshown:
-        lines.append(f"not shown: {sheet.unshown} notes, too quick for the grid")
+        lines.append(f"not shown: {_notes(sheet.unshown)}, too quick for the grid")
     if sheet.moved:
-        lines.append(f"played off the grid: {sheet.moved} notes, by {1000 * sheet.moved_s:.0f} ms at most")
+        lines.append(f"played off the grid: {_notes(sheet.moved)}, by {1000 * sheet.moved_s:.0f} ms at most")
     return lines
+
+
+def _notes(count):
+    return f"{count} note{'s' * (count != 1)}"

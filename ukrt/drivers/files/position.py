@@ -123,7 +123,7 @@ def _find_bar(position, bars, path):
         raise MidiFileError(f"{path}: bar {position.bar} has no beat {position.beat}, {legal}")
     if seconds is None:
         most = f"bar:1 to bar:{bars.count + 1}, the end of the last, are there"
-        raise MidiFileError(f"{path}: has {bars.count} bars and no {position.text}; {most}")
+        raise MidiFileError(f"{path}: has {bars.count} bar{'s' * (bars.count != 1)} and no {position.text}; {most}")
     return seconds
 
 

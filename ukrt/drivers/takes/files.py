@@ -69,7 +69,7 @@ def render_take(
     stretches = _stretches(parts, start_s, end_s)
     wanted = [stretch for stretch in stretches if stretch.is_wanted]
     if not wanted:
-        raise ParameterError("start", start_s, f"the take ends at {seconds:.1f} s, before which a part must begin")
+        raise ParameterError("start", start_s, f"the take ends at {seconds:.1f} s, and a part begins earlier")
     targets = _targets(target, len(wanted))
     for one, stretch in zip(targets, wanted, strict=True):
         check_audio_path(one, bits, take.channels, round(stretch.rate))
