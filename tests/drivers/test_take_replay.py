@@ -219,6 +219,18 @@ def test_another_sample_rate_is_another_file(tmp_path):
             np.testing.assert_array_equal(bits(read(tmp_path / one)), part)
             assert soundfile.info(tmp_path / one).samplerate == rate
         assert str(tmp_path / name) in report["files"]
+    times = (6000 / 48000, 6000 / 48000 + 6000 / 44100)  # where the rate changes
+    for start_s, end_s, kept in (
+        (0.1, times[0] + 0.05, [(4800, 6000, 48000), (6000, 6000 + 2205, 44100)]),
+        (times[0], times[1], [(6000, 12000, 44100)]),
+        (times[1] + 0.02, 99.0, [(12000 + 1920, 18000, 96000)]),
+    ):
+        report = render_take(path, tmp_path / "part.wav", block_size=333, start_s=start_s, end_s=end_s)
+        assert len(report["files"]) == len(kept) and report["frames"] == kept[-1][1] - kept[0][0]
+        for file, (first, end, rate) in zip(report["files"], kept, strict=True):
+            assert soundfile.info(file).samplerate == rate
+            np.testing.assert_array_equal(bits(read(file)), bits(given[first:end]))
+        assert all(0 <= note["release_frame"] < report["frames"] for note in report["notes"])
 
 
 def test_a_take_that_was_cut_off_renders_what_it_holds(tmp_path):

@@ -78,18 +78,7 @@ def render_take(
     replay = Replay(take, block_size, progress, engine_factory)
     writers = []
     try:
-        peak = 0.0
-        for stretch in stretches:
-            blocks = replay.blocks(stretch.first, stretch.first + stretch.part.end)
-            if not stretch.is_wanted:
-                collections.deque(blocks, maxlen=0)  # computed and not kept
-                continue
-            one, part = targets[len(writers)], stretch.part
-            options = {"max_frames": part.end - part.start, "first_frame": part.start}
-            writers.append(writer := AudioWriter(one, round(stretch.rate), take.channels, bits, **options))
-            for _, block in part.cut(blocks, to_end=True):
-                peak = max(peak, float(np.max(np.abs(block), initial=0.0)))
-                writer.write(block)
+        peak = _write(replay, stretches, targets, bits, writers)
         for writer in writers:
             writer.close()
         return _report(take, replay, wanted, start_s, peak) | {
@@ -104,6 +93,24 @@ def render_take(
         raise
     finally:
         replay.engine.close()
+
+
+def _write(replay, stretches, targets, bits, writers):
+    """Write the wanted parts of stretches to ``targets``, through writers that are put into ``writers``; returns the
+    peak."""
+    peak = 0.0
+    for stretch in stretches:
+        blocks = replay.blocks(stretch.first, stretch.first + stretch.part.end)
+        if not stretch.is_wanted:
+            collections.deque(blocks, maxlen=0)  # computed and not kept
+            continue
+        target, part = targets[len(writers)], stretch.part
+        options = {"max_frames": part.end - part.start, "first_frame": part.start}
+        writers.append(writer := AudioWriter(target, round(stretch.rate), replay.take.channels, bits, **options))
+        for _, block in part.cut(blocks, to_end=True):
+            peak = max(peak, float(np.max(np.abs(block), initial=0.0)))
+            writer.write(block)
+    return peak
 
 
 @dataclass(frozen=True)
