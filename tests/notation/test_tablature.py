@@ -5,8 +5,11 @@ import re
 import pytest
 from scores import OPEN, make_score, random_sheet, row
 
+from ukrt.drivers.files.midi import load_midi_file
+from ukrt.model.presets import load_preset
 from ukrt.notation.names import note_name
 from ukrt.notation.sheet import make_sheet
+from ukrt.notation.silent import play_silently
 from ukrt.notation.tablature import draw
 
 STRING = re.compile(r"^[A-G][#b]?\d\|(.*)$")
@@ -30,26 +33,44 @@ def read_back(text):
     return sorted(found), [int(number) for number in numbers], lines
 
 
-@pytest.mark.parametrize("width", [40, 61, 80, 200])
-@pytest.mark.parametrize("seed", range(4))
-def test_every_note_stands_on_its_string_in_its_bar_in_order(seed, width):
-    _, _, sheet = random_sheet(seed)
+def check(sheet, width):
+    """Draw a sheet, read it back, compare every note; returns the text."""
     text = draw(sheet, width)
-    assert max(map(len, text.splitlines()[2:])) <= width
+    assert max(map(len, text.split(sheet.guitar + ",", 1)[1].splitlines()[1:])) <= width
     found, numbers, lines = read_back(text)
     assert numbers == [measure.bar.number for measure in sheet.measures] and len(lines) == len(numbers)
     expected = [
-        (measure.bar.number, at, tone.string, str(tone.fret))
-        for measure in sheet.measures
+        (k, at, tone.string, str(tone.fret))
+        for k, measure in enumerate(sheet.measures)
         for at, tones in measure.moments.items()
         for tone in tones
     ]
-    bars = [(1 + sum(line < column for line in lines), column, string, fret) for column, string, fret in found]
-    moments = {(bar, column): None for bar, column, *_ in bars}
-    expected_moments = {(bar, at): None for bar, at, *_ in expected}
-    assert len(moments) == len(expected_moments)
+    bars = [(sum(line < column for line in lines), column, string, fret) for column, string, fret in found]
+    moments, expected_moments = ({place[:2] for place in places} for places in (bars, expected))
     renamed = dict(zip(sorted(moments), sorted(expected_moments), strict=True))
     assert sorted((*renamed[bar, column], string, fret) for bar, column, string, fret in bars) == sorted(expected)
+    return text
+
+
+@pytest.mark.parametrize("width", [40, 61, 80, 200])
+@pytest.mark.parametrize("seed", range(4))
+def test_every_note_stands_on_its_string_in_its_bar_in_order(seed, width):
+    check(random_sheet(seed)[-1], width)
+
+
+def test_every_note_of_published_pieces_is_there(shared_data):
+    """People's playing, tempo maps and all: no string has two notes at once, the grid has room for (nearly) all."""
+    guitar = load_preset("classical")
+    paths = sorted((shared_data / "midi").glob("*.mid"))
+    assert paths
+    for path in paths:
+        score = load_midi_file(path)
+        notes, open_keys, _ = play_silently(guitar, score)
+        sheet = make_sheet(score, "classical", notes, open_keys)
+        check(sheet, 100)
+        shown = sum(len(tones) for measure in sheet.measures for tones in measure.moments.values())
+        assert shown + sheet.unshown == len(sheet.tones) and len(sheet.tones) + len(sheet.lost) == score.n_notes
+        assert sheet.unshown <= 0.01 * score.n_notes, path
 
 
 def test_time_tempo_key_and_markers_are_told_where_they_change():

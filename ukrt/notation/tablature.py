@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from ukrt.notation.names import note_name
 
-SIGNS = {"pluck": "", "hammer-on": "h", "pull-off": "p", "slide": "/"}
+SIGNS = {"hammer-on": "h", "pull-off": "p", "slide": "/"}  # other articulations have none
 LEAST_WIDTH = 40
 _MARKER_LETTERS = 24
 
@@ -87,7 +87,7 @@ def _measure_columns(measure, n_strings):
                 break
             frets = [""] * n_strings
             for tone in measure.moments.get(at, ()):
-                frets[tone.string] = f"{SIGNS[tone.articulation]}{tone.fret}"
+                frets[tone.string] = f"{SIGNS.get(tone.articulation, '')}{tone.fret}"
             number = str(int(at / beat) + 1) if (at / beat).denominator == 1 else ""
             columns.append(_Column(tuple(frets), number, "", False, max(1, *map(len, frets), len(number)) + 1))
     return columns
