@@ -34,7 +34,7 @@ def tab(*argv):
 
 EXPECTED = """\
 Scale
-classical, strings from the lowest: E2 A2 D3 G3 B3 E4
+classical, strings from the bass side: E2 A2 D3 G3 B3 E4
 
    1 3/4 q=120 2 [End]
     1 2 3       1 2 3

@@ -76,7 +76,7 @@ def test_every_note_of_published_pieces_is_there(shared_data):
 def test_time_tempo_key_and_markers_are_told_where_they_change():
     _, _, sheet = random_sheet(1)
     text = draw(sheet, 120)
-    assert text.startswith("Étude\nclassical, strings from the lowest: E2 A2 D3 G3 B3 E4\n")
+    assert text.startswith("Étude\nclassical, strings from the bass side: E2 A2 D3 G3 B3 E4\n")
     assert text.count("6/8") == text.count("2/2") == text.count("[Chorus]") == 1
     assert text.count("q=100") == text.count("q=60") == 1
 

@@ -54,7 +54,7 @@ def draw(sheet, width=80):
     """
     names = [note_name(key) for key in sheet.open_keys]
     lines = [sheet.title] if sheet.title else []
-    lines += [f"{sheet.guitar}, strings from the lowest: {' '.join(names)}", ""]
+    lines += [f"{sheet.guitar}, strings from the bass side: {' '.join(names)}", ""]
     margin = max(map(len, names))
     for system in _systems(_columns(sheet), max(width, LEAST_WIDTH) - margin - 2):
         lines += [line.rstrip() for line in _draw_system(system, names, margin)] + [""]
