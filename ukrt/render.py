@@ -163,6 +163,7 @@ def render_to(
     engine = (engine_factory or _engine)(guitar, sample_rate, signal=signal)
     try:
         part = Part.of_seconds(start_s, end_s, engine.sample_rate)
+        progress = _progress_until(math.inf if normalize else end_s, progress)
         performance = Performance(score, engine, block_size, tail_db, _response_frames(engine, signal), progress)
         most = min(math.ceil((score.duration_s + MAX_TAIL_SECONDS) * sample_rate) + 1, part.end) - part.start
         total_db = gain_db + (guitar.radiation.gain_db if signal == "pressure" else 0.0)
@@ -178,6 +179,11 @@ def render_to(
         return make_report(score, performance, meter, guitar, signal, total_db, part)
     finally:
         engine.close()
+
+
+def _progress_until(end_s, progress):
+    """``progress`` for what is computed up to ``end_s`` only."""
+    return progress and (lambda done_s, total_s: progress(done_s, max(done_s, min(total_s, end_s))))
 
 
 def _beyond(start, when):

@@ -76,7 +76,9 @@ def test_no_more_is_computed_than_the_part_needs(play):
         engines.append(ExactEngine(*args, **options))
         return engines[-1]
 
-    play(end=1.0, block_size=512, engine_factory=make)
+    seen = []
+    play(end=1.0, block_size=512, engine_factory=make, progress=lambda done_s, total_s: seen.append((done_s, total_s)))
+    assert seen[0][1] == 1.0 and all(done_s <= total_s for done_s, total_s in seen)
     assert RATE + ExactEngine.LEAD <= engines[0].frame <= RATE + ExactEngine.LEAD + 512
 
 
