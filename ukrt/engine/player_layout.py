@@ -17,10 +17,14 @@ SEARCH_NODES = 1024  # partial assignments looked at for one chord before the be
 # Rules -------------------------------------------------------------------------------------------------------------
 PERCUSSION_CHANNEL = 9  # channel 10 in a musician's count
 FINGERS = 4  # of the left hand that stop strings
+MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
 MAX_BEND_CENTS = 1200  # tension ratio 1/4 .. 4: an octave either way
 MAX_RANGE_CENTS = 2400
 
-# Costs of a choice, in points. Steals outweigh every stretch, stretches every shift, shifts most preferences.
+# Costs of a choice, in points. What is forced outweighs all; steals outweigh every stretch, stretches every shift,
+# shifts most preferences.
+COST_OTHER_STRING = 100_000_000  # another string than the one that CC20 names
+COST_OTHER_POSITION = 10_000  # a fret that the hand does not cover where CC21 puts it; less than a stretch
 COST_STEAL_HELD = 4_000_000
 COST_STEAL_PEDALLED = 1_000_000
 COST_STRETCH = 20_000  # for each fret beyond the span and each finger beyond four
@@ -88,6 +92,7 @@ COUNTER_NAMES = (
     "hand_shifts",
     "hand_shift_frets",
     "stretches",
+    "forces_refused",
 )
 (
     NOTES_ON,
@@ -110,6 +115,7 @@ COUNTER_NAMES = (
     HAND_SHIFTS,
     HAND_SHIFT_FRETS,
     STRETCHES,
+    FORCES_REFUSED,
 ) = range(len(COUNTER_NAMES))
 
 # State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
@@ -144,7 +150,9 @@ C_BEND = I_CHANNEL + 0 * CHANNELS  # -8192 .. 8191
 C_RANGE = I_CHANNEL + 1 * CHANNELS  # cents, -1: as the preset has it
 C_RPN = I_CHANNEL + 2 * CHANNELS  # msb * 128 + lsb, RPN_NULL, or NRPN
 C_PEDAL = I_CHANNEL + 3 * CHANNELS
-I_OWED = I_CHANNEL + 4 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_STRING = I_CHANNEL + 4 * CHANNELS  # string that CC20 names for notes to come, 1 the highest; 0: free
+C_POSITION = I_CHANNEL + 5 * CHANNELS  # fret under the index finger that CC21 names for notes to come; 0: free
+I_OWED = I_CHANNEL + 6 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 
@@ -153,7 +161,7 @@ I_GROUP = I_OWED + CHANNELS * 128
 G_FRAME = I_GROUP + 0
 G_COUNT = I_GROUP + 1
 G_VICTIMS = I_GROUP + 2
-GROUP_FIELDS = 7
+GROUP_FIELDS = 9
 I_GROUP_ROWS = I_GROUP + 8
 G_KEY = I_GROUP_ROWS + 0 * ROW
 G_CHANNEL = I_GROUP_ROWS + 1 * ROW
@@ -162,8 +170,10 @@ G_SEQ = I_GROUP_ROWS + 3 * ROW
 G_OFF = I_GROUP_ROWS + 4 * ROW  # its note-off has come already
 G_STRING = I_GROUP_ROWS + 5 * ROW  # string it was given, -1: none
 G_REPEAT = I_GROUP_ROWS + 6 * ROW  # string that still sounds the same key of the same channel, -1
-V_SEQ = I_GROUP_ROWS + 7 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
-V_OWED = I_GROUP_ROWS + 9 * ROW  # index into I_OWED that went up by one for it, -1
+G_FORCED = I_GROUP_ROWS + 7 * ROW  # string it is to be played on, 1 the highest; 0: any
+G_POSITION = I_GROUP_ROWS + 8 * ROW  # fret under the index finger, 0: any
+V_SEQ = I_GROUP_ROWS + 9 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
+V_OWED = I_GROUP_ROWS + 11 * ROW  # index into I_OWED that went up by one for it, -1
 I_SEARCH = V_OWED + 2 * ROW
 
 # Scratch of the search (i) -------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ depth-first search with bounds takes the cheapest, looking at SEARCH_NODES at mo
 
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_hand import hand_cost, shift_cost
+from ukrt.engine.kernels.player_hand import hand_cost, out_of_position, shift_cost
 from ukrt.engine.kernels.player_log import count
 
 
@@ -27,6 +27,32 @@ def _string_cost(i, s, youth):
 
 
 @kernel
+def _is_forced_elsewhere(i, note, s):
+    """Whether CC20 has named another string than ``s`` for a note of the chord."""
+    number = i[at.G_FORCED + note]
+    return number > 0 and s != i[at.I_STRINGS] - number
+
+
+@kernel
+def refused_forces(i):
+    """Notes of the chord that play, but not on the string or within the position they were given."""
+    refused = 0
+    for note in range(i[at.G_COUNT]):
+        s = i[at.G_STRING + note]
+        if s >= 0:
+            away = out_of_position(i, note, i[at.G_PITCH + note] - i[at.I_OPEN + s])
+            refused += 1 if away or _is_forced_elsewhere(i, note, s) else 0
+    return refused
+
+
+@kernel
+def _force_cost(i, note, s, fret):
+    """Points for playing a note elsewhere than its channel's controllers want it."""
+    points = at.COST_OTHER_STRING if _is_forced_elsewhere(i, note, s) else 0
+    return points + (at.COST_OTHER_POSITION if out_of_position(i, note, fret) else 0)
+
+
+@kernel
 def fill_costs(i):
     """Points of each note of the chord on each string (X_COST); UNPLAYABLE where it has no such fret."""
     strings = i[at.I_STRINGS]
@@ -39,7 +65,7 @@ def fill_costs(i):
             fret = i[at.G_PITCH + note] - i[at.I_OPEN + s]
             cost = at.UNPLAYABLE
             if 0 <= fret <= i[at.I_FRETS]:
-                cost = points + at.COST_FRET * fret
+                cost = points + at.COST_FRET * fret + _force_cost(i, note, s, fret)
                 if i[at.G_REPEAT + note] == s:
                     cost -= at.BONUS_REPEAT
                 elif i[at.S_PITCH + s] == i[at.G_PITCH + note]:
@@ -101,25 +127,46 @@ def _augment(i, note):
 
 
 @kernel
-def match_notes(i):
-    """Give as many notes a string as possible; X_ORDER then holds those alone. Returns how many."""
+def _clear_matching(i):
     for s in range(at.ROW):
         i[at.X_TAKER + s] = -1
     for note in range(i[at.G_COUNT]):
         i[at.G_STRING + note] = -1
-    placed = 0
-    for k in range(i[at.G_COUNT]):
-        note = i[at.X_ORDER + k]
-        if _augment(i, note):
-            i[at.X_ORDER + placed] = note
-            placed += 1
-    return placed
 
 
 @kernel
 def _take(i, note, s):
     i[at.G_STRING + note] = s
     i[at.X_TAKER + s] = note
+
+
+@kernel
+def _match_forced(i, placed):
+    """Match the first ``placed`` notes again, beginning with those that have a string to be on: what can be kept of
+    that is then the search's first bound. Whatever is matched first, paths still reach the others."""
+    _clear_matching(i)
+    for k in range(placed):
+        note = i[at.X_ORDER + k]
+        s = i[at.I_STRINGS] - i[at.G_FORCED + note]
+        if 0 <= s < i[at.I_STRINGS] and i[at.X_TAKER + s] < 0 and i[at.X_COST + note * at.ROW + s] < at.UNPLAYABLE:
+            _take(i, note, s)
+    for k in range(placed):
+        if i[at.G_STRING + i[at.X_ORDER + k]] < 0:
+            _augment(i, i[at.X_ORDER + k])
+
+
+@kernel
+def match_notes(i):
+    """Give as many notes a string as possible; X_ORDER then holds those alone. Returns how many."""
+    _clear_matching(i)
+    placed = 0
+    for k in range(i[at.G_COUNT]):
+        note = i[at.X_ORDER + k]
+        if _augment(i, note):
+            i[at.X_ORDER + placed] = note
+            placed += 1
+    _match_forced(i, placed)
+    return placed
 
 
 @kernel

@@ -9,8 +9,8 @@ decided again (``play_chord``). So notes of one frame may come in any order.
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_choice import choose_strings
-from ukrt.engine.kernels.player_hand import hand_follow
+from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
+from ukrt.engine.kernels.player_hand import hand_follow, place_hand
 from ukrt.engine.kernels.player_log import count, log_end, log_place
 from ukrt.engine.kernels.player_strings import damp_string, restore_ending, set_tension, start_note, withdraw_note
 from ukrt.engine.kernels.timeline import timeline_cancel
@@ -165,8 +165,12 @@ def play_chord(d, i, frame):
     for k in range(at.I_SAVED_SIZE):
         i[at.I_SAVED + k] = i[at.I_TAKEN_BACK + k]
     _find_repeats(i)
+    hand = i[at.I_HAND]
+    place_hand(i)
     choose_strings(i)
-    strain, way = hand_follow(i)
+    strain = hand_follow(i)
+    way = abs(i[at.I_HAND] - hand)
+    count(i, at.FORCES_REFUSED, refused_forces(i))
     count(i, at.STRETCHES, min(strain, 1))
     count(i, at.HAND_SHIFTS, min(way, 1))
     count(i, at.HAND_SHIFT_FRETS, way)
@@ -206,6 +210,7 @@ def add_to_chord(i, channel, key, pitch, seq):
     i[at.G_COUNT] = note + 1
     i[at.G_KEY + note], i[at.G_CHANNEL + note], i[at.G_PITCH + note] = key, channel, pitch
     i[at.G_SEQ + note], i[at.G_OFF + note], i[at.G_STRING + note] = seq, 0, -1
+    i[at.G_FORCED + note], i[at.G_POSITION + note] = i[at.C_STRING + channel], i[at.C_POSITION + channel]
 
 
 @kernel

@@ -1,4 +1,5 @@
-"""Channel messages that are not notes: pitch bend with its range (RPN 0), the pedal, and the ways to end all notes.
+"""Channel messages that are not notes: pitch bend with its range (RPN 0), the pedal, the string and the position that
+notes to come are given, and the ways to end all notes.
 
 Whatever is neither played nor followed is counted. The percussion channel's controllers are counted and ignored.
 """
@@ -10,6 +11,7 @@ from ukrt.engine.kernels.player_log import count, log_end
 from ukrt.engine.kernels.player_strings import bend_string, damp_string
 
 PEDAL_AT = 64  # CC64 from here on is down
+STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
 DATA_MSB, DATA_LSB, PEDAL, INCREMENT, DECREMENT = 6, 38, 64, 96, 97
 NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 98, 99, 100, 101
 SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
@@ -67,6 +69,18 @@ def _choose_rpn(i, channel, controller, value):
 
 
 @kernel
+def _force(i, channel, controller, value):
+    """CC20, 21: the string (1 the highest) or the hand's position for the channel's notes to come; 0 lets them free."""
+    row, most = at.C_STRING, at.MOST_STRING_NUMBER
+    if controller == POSITION:
+        row, most = at.C_POSITION, i[at.I_FRETS]
+    if value <= most:
+        i[row + channel] = value
+    else:
+        count(i, at.CONTROLLERS_IGNORED)
+
+
+@kernel
 def set_pedal(d, i, frame, channel, down):
     """CC64: up, it ends the notes that only it held."""
     i[at.C_PEDAL + channel] = down
@@ -112,6 +126,9 @@ def control_change(d, i, frame, channel, controller, value):
         set_pedal(d, i, frame, channel, 1 if value >= PEDAL_AT and controller == PEDAL else 0)
     if controller == RESET:  # the bend range stays (MIDI recommended practice RP-015)
         i[at.C_RPN + channel], i[at.C_BEND + channel] = at.RPN_NULL, 0
+        i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
+    elif controller == STRING or controller == POSITION:
+        _force(i, channel, controller, value)
     elif controller in (DATA_MSB, DATA_LSB, INCREMENT, DECREMENT):
         _data_entry(i, channel, controller, value)
     elif NRPN_LSB <= controller <= RPN_MSB:
@@ -131,5 +148,6 @@ def clear_channel(d, i, channel):
     i[at.C_RANGE + channel] = -1
     i[at.C_RPN + channel] = at.RPN_NULL
     i[at.C_PEDAL + channel] = 0
+    i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
     d[at.D_BEND + channel] = 1.0
     _forget_owed(i, channel)

@@ -109,20 +109,28 @@ def hand_cost(i):
 
 
 @kernel
-def hand_follow(i):
-    """Move the hand to where the assignment in X_TAKER needs it.
+def place_hand(i):
+    """Put the hand where the chord's notes are forced to have it (the last of them, where they differ)."""
+    for note in range(i[at.G_COUNT]):
+        if i[at.G_POSITION + note] > 0:
+            i[at.I_HAND] = i[at.G_POSITION + note]
 
-    Returns
-    -------
-    strain, way : int
-        What the choice strains the hand by, and the frets it moved.
-    """
+
+@kernel
+def out_of_position(i, note, fret):
+    """Whether a note's forced position leaves ``fret`` out of the hand's reach; open strings are within any."""
+    position = i[at.G_POSITION + note]
+    return position > 0 and fret > 0 and not position <= fret < position + i[at.I_SPAN]
+
+
+@kernel
+def hand_follow(i):
+    """Move the hand to where the assignment in X_TAKER needs it; returns what that strains it by."""
     tension, low, high, new_low, new_high = choice_strain(i)
     if new_high < 1:
-        return 0, 0
+        return 0
     span = i[at.I_SPAN]
     if high - low + 1 > span:
         low, high = new_low, new_high
-    hand = i[at.I_HAND]
-    i[at.I_HAND] = hand_moved(hand, low, high, span)
-    return tension, abs(i[at.I_HAND] - hand)
+    i[at.I_HAND] = hand_moved(i[at.I_HAND], low, high, span)
+    return tension
