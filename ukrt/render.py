@@ -15,6 +15,7 @@ import math
 import numbers
 import os
 import tempfile
+from dataclasses import asdict
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from ukrt.drivers.files.part import Part
 from ukrt.drivers.files.position import find_part, parse_position
 from ukrt.drivers.files.report import make_report
 from ukrt.errors import AudioFileError, ParameterError
+from ukrt.playing.written_fingering import CHOICES, choose_fingering
 from ukrt.units import db_to_gain, gain_to_db
 
 NORMALIZED_DB = -1.0
@@ -109,6 +111,7 @@ def render_to(
     normalize=False,
     tail_db=-60.0,
     max_minutes=120.0,
+    fingering="look-ahead",
     overrides=None,
     start=None,
     end=None,
@@ -138,6 +141,8 @@ def render_to(
         Below 0; energy at which the tail ends, relative to its largest value.
     max_minutes : float [min]
         Longer MIDI files are refused.
+    fingering : {"look-ahead", "causal"}
+        Strings and positions chosen with the whole piece in view, or as the notes come, as in live play.
     overrides : dict of str to str, optional
         Dotted preset keys and their values.
     start, end : str or float [s], optional
@@ -152,14 +157,16 @@ def render_to(
     Returns
     -------
     report : dict
-        See `ukrt.drivers.files.report.make_report`.
+        See `ukrt.drivers.files.report.make_report`; and ``fingering``, how strings and positions were chosen
+        (`ukrt.playing.written_fingering.Summary`).
     """
-    _check_options(block_size, signal, gain_db, tail_db)
+    _check_options(block_size, signal, gain_db, tail_db, fingering)
     score = load_midi_file(path, max_minutes)
     start_s, end_s = find_part(start, end, score, os.fspath(path))
     if start_s > score.duration_s + MAX_TAIL_SECONDS:
         raise _beyond(start, f"before {score.duration_s + MAX_TAIL_SECONDS:.1f} s")
     guitar = _guitar(preset, overrides)
+    score, chosen = choose_fingering(score, guitar, fingering)
     engine = (engine_factory or _engine)(guitar, sample_rate, signal=signal)
     try:
         part = Part.of_seconds(start_s, end_s, engine.sample_rate)
@@ -176,7 +183,7 @@ def render_to(
                 meter.write(block * gain)
         if part.start > 0 and meter.frames == 0:
             raise _beyond(start, f"at {(engine.frame - engine.lead_frames) / sample_rate:.1f} s")
-        return make_report(score, performance, meter, guitar, signal, total_db, part)
+        return make_report(score, performance, meter, guitar, signal, total_db, part) | {"fingering": asdict(chosen)}
     finally:
         engine.close()
 
@@ -237,11 +244,13 @@ def _write_normalized(performance, part, meter, gain_db, channels, folder):
     return total_db
 
 
-def _check_options(block_size, signal, gain_db, tail_db):
+def _check_options(block_size, signal, gain_db, tail_db, fingering):
     if not isinstance(block_size, numbers.Integral) or not 1 <= block_size <= MAX_BLOCK:
         raise ParameterError("block_size", block_size, f"a whole number from 1 to {MAX_BLOCK} frames is needed")
     if signal not in SIGNALS:
         raise ParameterError("signal", signal, f"one of {', '.join(SIGNALS)} is needed")
+    if fingering not in CHOICES:
+        raise ParameterError("fingering", fingering, f"one of {', '.join(CHOICES)} is needed")
     if not -200.0 <= gain_db <= 200.0:
         raise ParameterError("gain_db", gain_db, "a number from -200 to 200 dB is needed")
     if not -200.0 <= tail_db < 0.0:

@@ -3,11 +3,22 @@
 import json
 import re
 
+import mido
 import numpy as np
 import pytest
 import soundfile
 
 from ukrt.cli.main import main
+
+
+@pytest.fixture
+def scale_up_the_neck(tmp_path):
+    """Quick notes (a path): who knows where they lead goes there early."""
+    track = mido.MidiTrack()
+    for key in (60, 64, 67, 79, 83):
+        track += [mido.Message("note_on", note=key), mido.Message("note_off", note=key, time=96)]
+    mido.MidiFile(tracks=[track]).save(tmp_path / "scale.mid")
+    return tmp_path / "scale.mid"
 
 
 def render(*argv):
@@ -87,6 +98,18 @@ def test_parts_that_are_not_there_are_refused(capsys, tmp_path, piece, options, 
     assert render(piece, *options) == 2
     err = capsys.readouterr().err
     assert words in err and err.count("\n") == 1 and [p.name for p in tmp_path.iterdir()] == ["piece.mid"]
+
+
+def test_the_choice_of_strings_is_said_and_can_be_left_to_the_player(capsys, tmp_path, scale_up_the_neck):
+    strings = {}
+    for choice, options in (("look-ahead", ()), ("causal", ("--fingering", "causal"))):
+        report = tmp_path / "out.json"
+        assert render(scale_up_the_neck, "-o", tmp_path / "a.wav", "--tail-db", "-1", "--report", report, *options) == 0
+        told = json.loads(report.read_text())
+        assert told["fingering"]["choice"] == choice and told["counters"]["forces_refused"] == 0
+        assert f"fingering       {choice}" in capsys.readouterr().out
+        strings[choice] = [note["string"] for note in told["notes"]]
+    assert strings["look-ahead"] != strings["causal"]
 
 
 def test_a_refused_file_leaves_nothing(capsys, tmp_path):

@@ -73,6 +73,7 @@ OTHERWISE = [
     (("--gain", "-3"), "--gain"),
     (("--normalize",), "--normalize"),
     (("--tail-db", "-20"), "--tail-db"),
+    (("--fingering", "look-ahead"), "--fingering"),
 ]
 
 
@@ -87,6 +88,7 @@ def test_what_is_asked_for_otherwise_is_rendered_like_any_midi_file_with_a_note(
     assert info.samplerate == (48000 if name == "--rate" else RATE) and info.subtype == "PCM_24"
     assert info.channels == (6 if name == "--signal" else 2)
     assert told["notes_total"] == 2
+    assert told["fingering"]["choice"] == ("look-ahead" if name == "--fingering" else "causal")
 
 
 def test_the_recording_beside_the_take_is_not_written_over(capsys, tmp_path, take):

@@ -117,6 +117,16 @@ def _position(text):
         raise argparse.ArgumentTypeError(f"{text!r} is no place in a piece; {error.legal}") from None
 
 
+def add_fingering_option(parser, more=""):
+    """``--fingering``."""
+    parser.add_argument(
+        "--fingering",
+        choices=("look-ahead", "causal"),
+        help="strings and positions chosen with the whole piece in view, or note by note as in live play (default: "
+        f"look-ahead{more})",
+    )
+
+
 def load_guitar(args):
     """The guitar that ``--preset`` and ``--set`` describe."""
     from ..model.presets import load_preset

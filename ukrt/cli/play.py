@@ -12,6 +12,7 @@ from .play_options import add_options, check_options
 from .play_parts import (
     bundled_piece,
     find_way,
+    fingered_piece,
     load_piece,
     make_live_engine,
     make_player,
@@ -48,7 +49,7 @@ def run(args):
     from .status import StatusLine
 
     shelf = PresetShelf(args.preset or ["classical"], dict(args.overrides))
-    score = load_piece(args)
+    score = load_piece(args, shelf.guitar)
     with Interrupts() as interrupts, StatusLine(not args.quiet) as status:
         return Playing(args, shelf, score, interrupts, status).play()
 
@@ -150,10 +151,8 @@ class Playing:
         self._turn()
         if any(source.ports() for source in session.midi_sources):
             return
-        from ..drivers.files.midi import load_midi_file
-
         path = bundled_piece()
-        self._piece, self._demo = load_midi_file(path), True
+        self._piece, self._demo = fingered_piece(path, self._guitar, args.fingering), True
         session.player = make_player(args, self._engine, self._piece, None)
         session.player.start()
         self._tell(f"no MIDI input; playing the bundled piece, {self._piece.title or path.stem}")

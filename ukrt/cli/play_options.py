@@ -5,7 +5,7 @@ import argparse
 import math
 import pathlib
 
-from .common import UsageError, add_block_option, add_rate_option, add_set_option, number
+from .common import UsageError, add_block_option, add_fingering_option, add_rate_option, add_set_option, number
 from .report import check_report_path
 
 DRIVERS = ("portaudio", "jack", "null")
@@ -128,6 +128,7 @@ def _add_piece(group):
         action="store_true",
         help="begin the piece with the first note that is played; without a piece, wait for a keyboard",
     )
+    add_fingering_option(group)
     group.add_argument("--transport", action="store_true", help="the piece follows JACK's transport (--driver jack)")
     group.add_argument(
         "--seconds", type=number("s", 0.1, 1e7), metavar="N", help="end after so long (default: the piece's end)"

@@ -133,16 +133,22 @@ def wanted_inputs(args):
     return [] if "none" in args.midi_in else list(dict.fromkeys(args.midi_in))
 
 
-def load_piece(args):
-    """The piece that was named (Score), None without."""
+def load_piece(args, guitar):
+    """The piece that was named, fingered for ``guitar`` (Score), None without."""
     if args.piece is None:
         return None
-    from ..drivers.files.midi import load_midi_file
-
-    score = load_midi_file(args.piece)
+    score = fingered_piece(args.piece, guitar, args.fingering)
     if args.loop and not score.n_notes:
         raise UsageError(f"--loop: {args.piece} holds no note, a piece with notes is needed")
     return score
+
+
+def fingered_piece(path, guitar, choice):
+    """A MIDI file (Score); all of it is known, so strings and positions are chosen beforehand, unless not wanted."""
+    from ..drivers.files.midi import load_midi_file
+    from ..playing.written_fingering import choose_fingering
+
+    return choose_fingering(load_midi_file(path), guitar, choice or "look-ahead")[0]
 
 
 def bundled_piece():

@@ -8,6 +8,7 @@ from .common import (
     UsageError,
     add_block_option,
     add_command,
+    add_fingering_option,
     add_guitar_options,
     add_part_options,
     add_rate_option,
@@ -88,6 +89,7 @@ def add_parser(commands):
         metavar="MIN",
         help="refuse longer music (default: %(default)g)",
     )
+    add_fingering_option(parser, "; a take's messages: causal")
     parser.add_argument("--force", action="store_true", help="replace the output file if it exists, without -o as well")
     parser.add_argument("--report", metavar="FILE.json", help="write what happened to each note as JSON")
     parser.set_defaults(run=run)
@@ -107,7 +109,7 @@ def run(args):
     return 0
 
 
-def _render(args, target, guitar, rate=48000, signal="pressure"):
+def _render(args, target, guitar, rate=48000, signal="pressure", fingering="look-ahead"):
     """Render a MIDI file; returns the report."""
     from ..render import render_file
 
@@ -127,6 +129,7 @@ def _render(args, target, guitar, rate=48000, signal="pressure"):
             max_minutes=args.max_minutes,
             start=args.start,
             end=args.end,
+            fingering=args.fingering or fingering,
             progress=progress,
             engine_factory=make_engine,
         )
@@ -140,7 +143,7 @@ def _render_take(args, target):
     start_s, end_s = _part_of_take(args)
     if other := _other_than(args, take):
         say(f"{args.midi}: with {', '.join(other)} the take is rendered like any MIDI file, not bit for bit as played")
-        return _render(args, target, _guitar_of(args, take), round(take.sample_rate), take.signal)
+        return _render(args, target, _guitar_of(args, take), round(take.sample_rate), take.signal, "causal")
     from ..drivers.takes.files import render_take
 
     with _progress() as progress:
@@ -178,6 +181,7 @@ def _other_than(args, take):
         "--gain": args.gain != 0.0,
         "--normalize": args.normalize,
         "--tail-db": args.tail_db != TAIL_DB,
+        "--fingering": args.fingering is not None,
     }
     return [option for option, is_other in wanted.items() if is_other]
 
@@ -227,6 +231,14 @@ class _progress:
             bar.stop()
 
 
+def _describe_fingering(chosen):
+    """How strings and positions were chosen, in words."""
+    words = [chosen["choice"] + (f": {chosen['why']}" if chosen["why"] else "")]
+    if chosen["let_go"]:
+        words.append(f"{chosen['let_go']} notes end early for the hand's sake")
+    return ", ".join(words)
+
+
 def _summary(target, report):
     """The summary, in words."""
     peak, speed = report["peak_dbfs"], report["times_real_time"]
@@ -237,6 +249,8 @@ def _summary(target, report):
         f"  notes           {describe_notes(report | {'notes_on': report['notes_total']})}",
         f"  peak            {'silence' if peak is None else f'{peak:.1f} dBFS'}",
     ]
+    if chosen := report.get("fingering"):
+        lines.append(f"  fingering       {_describe_fingering(chosen)}")
     if speed is not None:
         lines.append(f"  times real time {speed:.1f}")
     if len(report.get("files", ())) > 1:

@@ -118,9 +118,21 @@ def place_hand(i):
 
 @kernel
 def out_of_position(i, note, fret):
-    """Whether a note's forced position leaves ``fret`` out of the hand's reach; open strings are within any."""
+    """Whether a note's forced position leaves ``fret`` out of the hand's reach; open strings are within any, and a
+    forced string is, whatever it stretches."""
     position = i[at.G_POSITION + note]
-    return position > 0 and fret > 0 and not position <= fret < position + i[at.I_SPAN]
+    return (
+        position > 0 and i[at.G_FORCED + note] == 0 and fret > 0 and not position <= fret < position + i[at.I_SPAN]
+    )
+
+
+@kernel
+def _is_told(i):
+    """Whether string and position of a note of the chord are both given: the hand then is where it is told to be."""
+    for note in range(i[at.G_COUNT]):
+        if i[at.G_FORCED + note] > 0 and i[at.G_POSITION + note] > 0:
+            return True
+    return False
 
 
 @kernel
@@ -129,6 +141,8 @@ def hand_follow(i):
     tension, low, high, new_low, new_high = choice_strain(i)
     if new_high < 1:
         return 0
+    if _is_told(i):
+        return tension
     span = i[at.I_SPAN]
     if high - low + 1 > span:
         low, high = new_low, new_high

@@ -1,0 +1,111 @@
+"""What a left hand can hold: the frets of all sounding strings enter, what each place of the index finger costs leaves.
+
+The hand's reach is a length and no number of frets, because frets get narrower up the neck: what it covers with
+comfort is the way from fret 1 to fret ``hand_span_frets``; five frets at the seventh are as easy as four at the first.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from ukrt.model.intonation import geometric_places
+from ukrt.playing import fingering_costs as cost
+
+FINGERS = 4
+
+
+@dataclass(frozen=True)
+class Grip:
+    """One way to hold the sounding strings.
+
+    Attributes
+    ----------
+    points : ndarray (max(frets, 1) + 1,)
+        What it costs with the index finger at each fret, inf where that cannot be; [0] is never used.
+    possible : bool
+        Whether a hand can do it.
+    stretch_m : float [m]
+        How far the fingers lie apart beyond the comfortable reach.
+    barre : bool
+        Whether it needs one finger across several strings.
+    """
+
+    points: np.ndarray
+    possible: bool
+    stretch_m: float
+    barre: bool
+
+
+class Neck:
+    """A fingerboard under a left hand.
+
+    Parameters
+    ----------
+    open_notes : sequence of int
+        MIDI notes of the open strings, lowest string first.
+    frets : int
+    span : int
+        Frets that the hand covers in first position.
+    places : ndarray [m]
+        From the nut to each fret, at least to fret ``span``.
+    """
+
+    def __init__(self, open_notes, frets, span, places):
+        self.open, self.frets = tuple(open_notes), frets
+        self.places = places[: max(frets, 1) + 1]  # a hand stands at fret 1, whether or not there is one
+        self.reach = places[span] - places[1]
+        self.ways = np.abs(self.places[:, None] - self.places)  # [m] between two positions
+        self._grips = {}
+
+    def grip(self, frets):
+        """The `Grip` for the frets of all strings, lowest first: 0 open, -1 silent."""
+        found = self._grips.get(frets)
+        if found is None:
+            found = self._grips[frets] = self._make_grip(frets)
+        return found
+
+    def crossings(self, frets):
+        """Pairs of sounding strings whose notes lie the other way round than the open strings (int)."""
+        sounding = [(note, note + fret) for note, fret in zip(self.open, frets, strict=True) if fret >= 0]
+        pairs = itertools.combinations(sounding, 2)
+        return sum((one[1] - other[1]) * (one[0] - other[0]) < 0 for one, other in pairs)
+
+    def _make_grip(self, frets):
+        points = np.full(len(self.places), np.inf)
+        stopped = [fret for fret in frets if fret > 0]
+        crossed = cost.CROSSED * self.crossings(frets)
+        if not stopped:
+            points[1:] = crossed
+            return Grip(points, True, 0.0, False)
+        low, high = min(stopped), max(stopped)
+        wide = max(0.0, self.places[high] - self.places[low] - self.reach)
+        too_wide = max(0.0, self.places[high] - self.places[low] - cost.WIDEST * self.reach)
+        fingers, barre = len(stopped), False
+        if fingers > FINGERS and _can_lie_across(frets, low):
+            fingers, barre = fingers - stopped.count(low) + 1, True
+        missing = max(0, fingers - FINGERS)
+        possible = missing == 0 and too_wide == 0.0
+        points[low] = crossed + cost.STRETCH_M * wide + cost.FINGER * min(fingers, FINGERS) + cost.BARRE * barre
+        if not possible:
+            points[low] += cost.BEYOND_HAND + cost.BEYOND_HAND_M * too_wide + cost.BEYOND_FINGERS * missing
+        elif wide == 0.0 and len(stopped) < FINGERS:  # the index finger may wait at a lower fret
+            for hand in range(low - 1, 0, -1):
+                if self.places[high] - self.places[hand] > self.reach:
+                    break
+                points[hand] = points[low]
+        return Grip(points, possible, wide, barre)
+
+
+def _can_lie_across(frets, low):
+    """Whether one finger at fret ``low`` can stop all strings that need it there: it would stop open ones between."""
+    strings = [s for s, fret in enumerate(frets) if fret == low]
+    return len(strings) > 1 and 0 not in frets[strings[0] : strings[-1]]
+
+
+def neck_of(guitar):
+    """The `Neck` of a ``Guitar``."""
+    playing = guitar.playing
+    longest = max(guitar.strings, key=lambda string: string.length)
+    places = geometric_places(longest, max(playing.frets, playing.hand_span_frets))
+    return Neck([string.note for string in guitar.strings], playing.frets, playing.hand_span_frets, places)

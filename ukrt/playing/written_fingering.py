@@ -1,0 +1,134 @@
+"""A score's notes given string and position beforehand: messages enter, the same with controllers 20 and 21 leave.
+
+Before each note stands what it is to be played on; after the last note of a moment its channels are free again, so
+that whoever plays along on the same channel is not bound. So the compiled player remains the only one that plays, and
+what it got can be recorded and repeated like anything else.
+
+A file that says itself where its notes lie is left alone: one that has these controllers, or a channel for each string,
+as MIDI guitars send.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ukrt.playing.fingering import Note, find_fingering
+from ukrt.playing.grips import neck_of
+from ukrt.playing.rules import fold_table
+from ukrt.playing.written_notes import CONTROL, NOTE_OFF, PERCUSSION, written_notes
+
+CHOICES = ("look-ahead", "causal")
+STRING, POSITION = 20, 21
+MOST_NOTES = 30_000  # more are not searched: dense chords under the pedal take some milliseconds a note
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What came of it.
+
+    Attributes
+    ----------
+    choice : {"look-ahead", "causal"}
+    why : str
+        Why the score was left alone, "" if it was not.
+    cut_short, let_go : int
+        Notes that lose their string to another before their end, or their finger for the hand's sake.
+    given_up : int
+        Moments at which not every way to play was followed.
+    """
+
+    choice: str
+    why: str = ""
+    cut_short: int = 0
+    let_go: int = 0
+    given_up: int = 0
+
+
+def choose_fingering(score, guitar, choice):
+    """What `write_fingering` gives where ``choice`` is "look-ahead", else the score as it is."""
+    return write_fingering(score, guitar) if choice == "look-ahead" else (score, Summary("causal"))
+
+
+def write_fingering(score, guitar):
+    """Choose string and position for the notes of a score with all of it in view.
+
+    Parameters
+    ----------
+    score : Score
+        Or any dataclass with arrays ``time_s``, ``status``, ``data1``, ``data2`` and ``duration_s``.
+    guitar : Guitar
+
+    Returns
+    -------
+    score : Score
+    summary : Summary
+    """
+    notes = written_notes(score)
+    if why := _says_itself(score, notes, guitar):
+        return score, Summary("causal", why)
+    neck = neck_of(guitar)
+    fold = fold_table(neck.open, neck.frets)
+    notes = [note for note in notes if fold[note.key] >= 0]
+    searched = [Note(note.start_s, note.key_up_s, note.end_s, int(fold[note.key])) for note in notes]
+    found = find_fingering(searched, neck)
+    let_go = sum(place.let_go for place in found.places)
+    cut = sum(place.cut_s is not None for place in found.places) - let_go
+    written = _write(score, notes, found.places, len(guitar.strings))
+    return written, Summary("look-ahead", "", cut, let_go, found.given_up)
+
+
+def _says_itself(score, notes, guitar):
+    """Why the strings of this score are not to be chosen, "" if they are."""
+    controls = (score.status & 0xF0 == CONTROL) & (score.status & 0x0F != PERCUSSION)
+    if np.any(controls & ((score.data1 == STRING) | (score.data1 == POSITION))):
+        return "the file names strings or positions itself (CC 20, 21)"
+    if len(notes) > MOST_NOTES:
+        return f"the file has more than {MOST_NOTES} notes"
+    if _has_channel_per_string(notes, guitar):
+        return "the file has a channel for each string"
+    return ""
+
+
+def _has_channel_per_string(notes, guitar):
+    """Whether as many channels as strings, side by side, hold one voice each that lies on its string."""
+    channels = sorted({note.channel for note in notes})
+    count = len(guitar.strings)
+    if count < 2 or len(channels) != count or channels[-1] - channels[0] != count - 1:
+        return False
+    last_s = {}
+    for note in sorted(notes, key=lambda note: note.start_s):
+        lowest = guitar.strings[count - 1 - (note.channel - channels[0])].note
+        if not lowest <= note.key <= lowest + guitar.playing.frets or note.start_s < last_s.get(note.channel, 0.0):
+            return False
+        last_s[note.channel] = note.key_up_s
+    return True
+
+
+def _write(score, notes, places, strings):
+    """The score with what ``places`` say written into it."""
+    before, after, gone = {}, {}, set()
+    first_of, last_of = {}, {}  # time -> first note-on; (time, channel) -> last note-on
+    for note, place in zip(notes, places, strict=True):
+        number = strings - place.string if place.string >= 0 else 0
+        status = CONTROL | note.channel
+        before.setdefault(note.message, []).extend([(status, STRING, number), (status, POSITION, place.hand)])
+        first_of.setdefault(note.start_s, note.message)
+        last_of[note.start_s, note.channel] = note.message
+    for (_, channel), message in last_of.items():
+        after[message] = [(CONTROL | channel, STRING, 0), (CONTROL | channel, POSITION, 0)]
+    for note, place in zip(notes, places, strict=True):
+        if place.let_go:
+            gone.add(note.off)
+            before[first_of[place.cut_s]].insert(0, (NOTE_OFF | note.channel, note.key, 0))
+    rows = []
+    columns = (score.time_s, score.status, score.data1, score.data2)
+    for message, (time_s, *own) in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
+        rows += [(time_s, *row) for row in before.get(message, ())]
+        if message not in gone:
+            rows.append((time_s, *own))
+        rows += [(time_s, *row) for row in after.get(message, ())]
+    if not rows:
+        return score
+    time_s, *data = zip(*rows, strict=True)
+    status, data1, data2 = (np.array(column, dtype=np.uint8) for column in data)
+    return replace(score, time_s=np.array(time_s), status=status, data1=data1, data2=data2)

@@ -1,0 +1,101 @@
+"""The notes of a score: channel messages enter, notes with the times of key and pedal leave.
+
+Keys and pedals mean what they mean to the compiled player: a key that is struck again plucks its string again, each
+note-off ends the oldest note of its key, the pedal lets ring what the key has let go.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+PERCUSSION = 9
+NOTE_OFF, NOTE_ON, CONTROL = 0x80, 0x90, 0xB0
+PEDAL, SOUND_OFF, RESET, NOTES_OFF = 64, 120, 121, 123
+
+
+@dataclass
+class Written:
+    """A note of a score.
+
+    Attributes
+    ----------
+    message, off : int
+        Numbers of its note-on and of the message that lets its key up; -1: none does.
+    channel, key : int
+    start_s, key_up_s, end_s : float [s]
+    """
+
+    message: int
+    channel: int
+    key: int
+    start_s: float
+    off: int = -1
+    key_up_s: float = np.inf
+    end_s: float = np.inf
+
+
+class _Keys:
+    """Follows keys and pedals through a score and notes down when each note begins and ends."""
+
+    def __init__(self):
+        self.notes, self._down, self._ringing, self._pedal = [], {}, {}, {}
+
+    def on(self, message, time_s, channel, key):
+        for former in self._down.get((channel, key), []) + self._ringing.get(channel, []):
+            if former.key == key:  # it is plucked again
+                former.key_up_s, former.end_s = min(former.key_up_s, time_s), min(former.end_s, time_s)
+        note = Written(message, channel, key, time_s)
+        self.notes.append(note)
+        self._down.setdefault((channel, key), []).append(note)
+
+    def off(self, message, time_s, channel, key):
+        waiting = self._down.get((channel, key))
+        if waiting:
+            self._up(waiting.pop(0), message, time_s)
+
+    def _up(self, note, message, time_s):
+        note.off, note.key_up_s = message, min(note.key_up_s, time_s)
+        if self._pedal.get(note.channel):
+            self._ringing.setdefault(note.channel, []).append(note)
+        else:
+            note.end_s = min(note.end_s, time_s)
+
+    def pedal(self, time_s, channel, down):
+        self._pedal[channel] = down
+        if not down:
+            for note in self._ringing.pop(channel, []):
+                note.end_s = min(note.end_s, time_s)
+
+    def all_off(self, time_s, channel, ringing_too):
+        for (one, _), waiting in self._down.items():
+            while one == channel and waiting:
+                self._up(waiting.pop(0), -1, time_s)
+        if ringing_too:
+            for note in self._ringing.pop(channel, []):
+                note.end_s = min(note.end_s, time_s)
+
+
+def written_notes(score):
+    """The notes of a score (list of `Written`), those of the percussion channel left out.
+
+    Parameters
+    ----------
+    score : object with arrays ``time_s``, ``status``, ``data1``, ``data2``
+    """
+    keys = _Keys()
+    columns = (score.time_s, score.status, score.data1, score.data2)
+    for message, (time_s, status, data1, data2) in enumerate(zip(*(c.tolist() for c in columns), strict=True)):
+        kind, channel = status & 0xF0, status & 0x0F
+        if channel == PERCUSSION:
+            continue
+        if kind == NOTE_ON and data2:
+            keys.on(message, time_s, channel, data1)
+        elif kind in (NOTE_ON, NOTE_OFF):
+            keys.off(message, time_s, channel, data1)
+        elif kind == CONTROL and data1 in (PEDAL, RESET):
+            keys.pedal(time_s, channel, data1 == PEDAL and data2 >= 64)
+        elif kind == CONTROL and (data1 == SOUND_OFF or data1 >= NOTES_OFF):
+            keys.all_off(time_s, channel, data1 == SOUND_OFF)
+    for note in keys.notes:
+        note.key_up_s, note.end_s = min(note.key_up_s, score.duration_s), min(note.end_s, score.duration_s)
+    return keys.notes
