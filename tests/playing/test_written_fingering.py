@@ -155,6 +155,16 @@ def test_a_score_that_names_its_strings_is_left_alone():
     assert write_fingering(on_two, GUITAR)[1].choice == "look-ahead"
 
 
+def test_channels_are_names_and_nothing_more():
+    score = random_score(11)
+    swapped = replace(score, status=score.status ^ np.uint8(0x0D))  # 0 and 1 become 13 and 12
+    plucks = [
+        sorted((note["time_s"], note["midi"], note["string"] is None or note["string"]) for note in played(one).log)
+        for one in (write_fingering(score, GUITAR)[0], write_fingering(swapped, GUITAR)[0])
+    ]
+    assert plucks[0] == plucks[1]
+
+
 def test_keys_and_pedals_mean_what_they_mean_to_the_player():
     rows = [*notes_of((60, 0.0, 1.0), (60, 0.5, 2.0), (64, 0.0, 0.6)), (0.4, 0xB0, 64, 127), (1.5, 0xB0, 64, 0)]
     rows += [(0.0, 0x91, 50, 80), (0.7, 0xB1, 123, 0), (0.0, 0x99, 50, 80)]

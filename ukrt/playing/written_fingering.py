@@ -63,42 +63,41 @@ def write_fingering(score, guitar):
     score : Score
     summary : Summary
     """
-    notes = written_notes(score)
-    if why := _says_itself(score, notes, guitar):
+    notes, neck = written_notes(score), neck_of(guitar)
+    if why := _says_itself(score, notes, neck):
         return score, Summary("causal", why)
-    neck = neck_of(guitar)
     fold = fold_table(neck.open, neck.frets)
     notes = [note for note in notes if fold[note.key] >= 0]
     searched = [Note(note.start_s, note.key_up_s, note.end_s, int(fold[note.key])) for note in notes]
     found = find_fingering(searched, neck)
     let_go = sum(place.let_go for place in found.places)
     cut = sum(place.cut_s is not None for place in found.places) - let_go
-    written = _write(score, notes, found.places, len(guitar.strings))
+    written = _write(score, notes, found.places, len(neck.open))
     return written, Summary("look-ahead", "", cut, let_go, found.given_up)
 
 
-def _says_itself(score, notes, guitar):
+def _says_itself(score, notes, neck):
     """Why the strings of this score are not to be chosen, "" if they are."""
     controls = (score.status & 0xF0 == CONTROL) & (score.status & 0x0F != PERCUSSION)
     if np.any(controls & ((score.data1 == STRING) | (score.data1 == POSITION))):
         return "the file names strings or positions itself (CC 20, 21)"
     if len(notes) > MOST_NOTES:
         return f"the file has more than {MOST_NOTES} notes"
-    if _has_channel_per_string(notes, guitar):
+    if _has_channel_per_string(notes, neck):
         return "the file has a channel for each string"
     return ""
 
 
-def _has_channel_per_string(notes, guitar):
+def _has_channel_per_string(notes, neck):
     """Whether as many channels as strings, side by side, hold one voice each that lies on its string."""
     channels = sorted({note.channel for note in notes})
-    count = len(guitar.strings)
+    count = len(neck.open)
     if count < 2 or len(channels) != count or channels[-1] - channels[0] != count - 1:
         return False
     last_s = {}
     for note in sorted(notes, key=lambda note: note.start_s):
-        lowest = guitar.strings[count - 1 - (note.channel - channels[0])].note
-        if not lowest <= note.key <= lowest + guitar.playing.frets or note.start_s < last_s.get(note.channel, 0.0):
+        lowest = neck.open[count - 1 - (note.channel - channels[0])]
+        if not lowest <= note.key <= lowest + neck.frets or note.start_s < last_s.get(note.channel, 0.0):
             return False
         last_s[note.channel] = note.key_up_s
     return True
