@@ -80,6 +80,7 @@ def test_a_piece_is_played_kept_and_reported(play, piece, capsys):
     counters, forcing = report["counters"], 2 * 4  # for each note: string and position, told and taken back
     assert (counters["notes_on"], counters["midi_received"], counters["midi_dropped"]) == (2, 4 + forcing, 0)
     assert report["ended"] == "the piece is over" and report["seconds"] > 0.5
+    assert report["fingering"]["choice"] == "look-ahead" and counters["forces_refused"] == 0
     load = report["load"]
     assert 0 < load["p50"] <= load["p99"] <= load["p99_9"] <= load["max"]
     assert sum(blocks for _, blocks in report["load_histogram"]) == counters["blocks"]

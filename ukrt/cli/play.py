@@ -5,6 +5,7 @@ import pathlib
 import queue
 import sys
 import time
+from dataclasses import asdict
 
 from ..errors import UkrtError
 from .common import add_command, say
@@ -49,9 +50,9 @@ def run(args):
     from .status import StatusLine
 
     shelf = PresetShelf(args.preset or ["classical"], dict(args.overrides))
-    score = load_piece(args, shelf.guitar)
+    piece = load_piece(args, shelf.guitar)
     with Interrupts() as interrupts, StatusLine(not args.quiet) as status:
-        return Playing(args, shelf, score, interrupts, status).play()
+        return Playing(args, shelf, piece, interrupts, status).play()
 
 
 class Playing:
@@ -62,17 +63,18 @@ class Playing:
     args : argparse.Namespace
         Checked.
     shelf : PresetShelf
-    score : Score or None
+    piece : (Score, Summary) or (None, None)
+        With how its strings were chosen.
     interrupts : Interrupts
     status : StatusLine
     """
 
-    def __init__(self, args, shelf, score, interrupts, status):
+    def __init__(self, args, shelf, piece, interrupts, status):
         self._args, self._shelf, self._interrupts, self._status = args, shelf, interrupts, status
         self._session, self._away, self._failure = None, False, None
         self._news = []  # (seconds, sentence)
         self._programs = queue.SimpleQueue()
-        self._piece = score
+        self._piece, self._fingering = piece
         self._demo = False  # whether the piece is the bundled one, for want of a keyboard
         self._next_look = self._next_show = self._next_ports = 0.0
         self._ports, self._state, self._output_counts, self._tail_ends = 0, {}, {}, 0.0
@@ -152,7 +154,8 @@ class Playing:
         if any(source.ports() for source in session.midi_sources):
             return
         path = bundled_piece()
-        self._piece, self._demo = fingered_piece(path, self._guitar, args.fingering), True
+        self._piece, self._fingering = fingered_piece(path, self._guitar, args.fingering)
+        self._demo = True
         session.player = make_player(args, self._engine, self._piece, None)
         session.player.start()
         self._tell(f"no MIDI input; playing the bundled piece, {self._piece.title or path.stem}")
@@ -260,6 +263,7 @@ class Playing:
         self._status.__exit__()
         known = (self._state, self._output_counts, self._recorder, self._shelf)
         report = make_report(self._session, *known, ended, self._news, self._args)
+        report["fingering"] = self._fingering and asdict(self._fingering)
         print(summary(report), flush=True)
         if code:
             say(ended)

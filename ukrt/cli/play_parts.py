@@ -134,21 +134,21 @@ def wanted_inputs(args):
 
 
 def load_piece(args, guitar):
-    """The piece that was named, fingered for ``guitar`` (Score), None without."""
+    """The piece that was named, fingered for ``guitar`` (Score) and what that came to (Summary); None, None without."""
     if args.piece is None:
-        return None
-    score = fingered_piece(args.piece, guitar, args.fingering)
+        return None, None
+    score, chosen = fingered_piece(args.piece, guitar, args.fingering)
     if args.loop and not score.n_notes:
         raise UsageError(f"--loop: {args.piece} holds no note, a piece with notes is needed")
-    return score
+    return score, chosen
 
 
 def fingered_piece(path, guitar, choice):
-    """A MIDI file (Score); all of it is known, so strings and positions are chosen beforehand, unless not wanted."""
+    """A MIDI file whose strings and positions are chosen beforehand, unless not wanted (Score, Summary)."""
     from ..drivers.files.midi import load_midi_file
     from ..playing.written_fingering import choose_fingering
 
-    return choose_fingering(load_midi_file(path), guitar, choice or "look-ahead")[0]
+    return choose_fingering(load_midi_file(path), guitar, choice or "look-ahead")
 
 
 def bundled_piece():
