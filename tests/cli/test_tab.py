@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 from xml.etree import ElementTree
 
@@ -53,6 +54,35 @@ def test_tablature_is_printed(capsys, song):
     assert tab(song, "--width", 60) == 0
     out, err = capsys.readouterr()
     assert out == EXPECTED and err == ""
+
+
+def test_strings_are_those_of_a_rendering_whichever_way_they_are_chosen(capsys, tmp_path):
+    track = mido.MidiTrack()
+    for key in (60, 64, 67, 79, 83):
+        track += [mido.Message("note_on", note=key), mido.Message("note_off", note=key, time=96)]
+    mido.MidiFile(tracks=[track]).save(tmp_path / "quick.mid")
+    drawn = []
+    for options in ((), ("--fingering", "causal")):
+        assert tab(tmp_path / "quick.mid", *options) == 0
+        drawn.append(capsys.readouterr().out)
+        report = tmp_path / "report.json"
+        argv = [
+            "render",
+            tmp_path / "quick.mid",
+            "-o",
+            tmp_path / "a.wav",
+            "--tail-db",
+            "-1",
+            "--report",
+            report,
+            *options,
+        ]
+        assert main([str(word) for word in argv]) == 0
+        for string, line in enumerate(reversed([one for one in drawn[-1].splitlines() if "|-" in one])):
+            frets = [note["fret"] for note in json.loads(report.read_text())["notes"] if note["string"] == string]
+            assert [int(fret) for fret in re.findall(r"\d+", line.split("|", 1)[1])] == frets
+        capsys.readouterr()
+    assert drawn[0] != drawn[1]
 
 
 def test_a_part_is_cut_out(capsys, song):

@@ -26,7 +26,7 @@ def play(tmp_path):
     (tmp_path / "song.mid").write_bytes(SONG)
 
     def run(function=render, *args, **options):
-        options = {"preset": Guitar(), "engine_factory": ExactEngine} | options
+        options = {"preset": Guitar(), "fingering": "causal", "engine_factory": ExactEngine} | options
         return function(tmp_path / "song.mid", *args, **options)
 
     return run

@@ -8,6 +8,7 @@ from ..errors import MidiFileError, MissingExtraError
 from .common import (
     UsageError,
     add_command,
+    add_fingering_option,
     add_guitar_options,
     add_part_options,
     announce_compiling,
@@ -40,6 +41,7 @@ def add_parser(commands):
     )
     add_guitar_options(parser)
     add_part_options(parser, "show only what begins here")
+    add_fingering_option(parser)
     parser.add_argument(
         "--width",
         type=number("letters", 40, 1000, whole=True),
@@ -62,8 +64,10 @@ def run(args):
     guitar = load_guitar(args)
     announce_compiling("player_message", "the guitarist", "a quarter of a minute")
     from ..notation.silent import play_silently
+    from ..playing.written_fingering import choose_fingering
 
-    sheet = _sheet(args.midi, score, guitar.name, play_silently(guitar, score), start_s, end_s)
+    fingered, _ = choose_fingering(score, guitar, args.fingering or "look-ahead")
+    sheet = _sheet(args.midi, score, guitar.name, play_silently(guitar, fingered), start_s, end_s)
     text = _write(kind, sheet, score, args)
     for warning in score.warnings:
         say(f"{args.midi}: {warning}")
