@@ -9,13 +9,14 @@ import sys
 import types
 
 __version__ = "0.1.0"
-__all__ = ["Synth", "__version__", "load_preset", "preset_names", "render"]
+__all__ = ["Synth", "__version__", "load_preset", "preset_names", "render", "tuning_warnings"]
 
 _HOMES = {  # public name -> module; imported when first asked for, so that `import ukrt` costs nothing
     "Synth": "ukrt.synth",
     "load_preset": "ukrt.model.presets",
     "preset_names": "ukrt.model.presets",
     "render": "ukrt.render",
+    "tuning_warnings": "ukrt.model.string_limits",
 }
 
 

@@ -9,7 +9,8 @@ import pytest
 from ukrt.model.constraints import dense_system
 from ukrt.model.contacts import held_by_damper, held_by_finger
 from ukrt.model.coupling import Bridge, HeldString
-from ukrt.model.intonation import geometric_places, make_intonation
+from ukrt.model.fingerboard import fingerboard
+from ukrt.model.intonation import make_intonation
 from ukrt.model.modes import receptance
 from ukrt.model.poles import string_poles, with_tensions
 from ukrt.model.presets import load_preset
@@ -45,7 +46,7 @@ def nearest(values, target):
 def test_poles_of_one_string_on_the_body_are_eigenvalues(string, fret):
     """Same modes to 400 kHz, so equal but for the moments' truncation and the eigenvalue solver: 1e-3 cents."""
     guitar = replace(CLASSICAL, strings=(CLASSICAL.strings[string],))
-    place = geometric_places(guitar.strings[0], 19)[fret] if fret else None
+    place = fingerboard(guitar).ideal[0, fret] if fret else None
     held = held_by_finger(guitar.finger, place) if fret else ()
     values = eigenvalues(dense_system(guitar, [held], 400e3))
     poles = string_poles(guitar, [guitar.strings[0].tension], 0, place, 5, others="absent")
@@ -58,7 +59,7 @@ def test_poles_of_one_string_on_the_body_are_eigenvalues(string, fret):
 def test_poles_with_a_damped_neighbour_are_eigenvalues():
     light = replace(CLASSICAL.body, modal_masses=tuple(m / 20 for m in CLASSICAL.body.modal_masses))
     guitar = replace(CLASSICAL, strings=CLASSICAL.strings[4:], body=light)
-    place = geometric_places(guitar.strings[1], 19)[5]
+    place = fingerboard(guitar).ideal[1, 5]
     held = [held_by_damper(guitar.damper, guitar.strings[0]), held_by_finger(guitar.finger, place)]
     values = eigenvalues(dense_system(guitar, held, 200e3))
     tensions = [string.tension for string in guitar.strings]

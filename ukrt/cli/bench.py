@@ -10,7 +10,16 @@ import os
 import platform
 import time
 
-from .common import add_block_option, add_command, add_guitar_options, add_rate_option, load_guitar, make_engine, number
+from .common import (
+    add_block_option,
+    add_command,
+    add_guitar_options,
+    add_rate_option,
+    add_tuning_options,
+    load_guitar,
+    make_engine,
+    number,
+)
 
 _EPILOG = """\
 examples:
@@ -53,6 +62,7 @@ def add_parser(commands):
     """Add the subcommand to the parser."""
     parser = add_command(commands, "bench", "measure how fast this machine computes the guitar", _EPILOG)
     add_guitar_options(parser)
+    add_tuning_options(parser)
     add_rate_option(parser, 48000, "default: %(default)s")
     add_block_option(parser, 128, "default: %(default)s")
     parser.add_argument(

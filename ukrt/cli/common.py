@@ -67,6 +67,32 @@ def add_set_option(parser, words, keys="`ukrt presets NAME` prints"):
     )
 
 
+TUNING_OPTIONS = {  # option -> the key of the preset that it sets, its metavar, help
+    "--tuning": (
+        "tuning.open_strings",
+        "NOTES|NAME",
+        'tune the open strings, from the bass side: "D2 A2 D3 G3 B3 E4", DADGBE, or a name such as drop-d or open-g',
+    ),
+    "--capo": ("playing.capo", "FRET", "a capo on all strings at this fret, 0 to 12"),
+    "--scale": ("tuning.scale", "FILE.scl", "a scale in Scala's format; the frets move to it"),
+    "--keyboard-map": ("tuning.keyboard", "FILE.kbm", "which key plays which note of the scale, in Scala's format"),
+}
+
+
+def add_tuning_options(parser):
+    """``--tuning``, ``--capo``, ``--scale`` and ``--keyboard-map``, which are short for ``--set`` of a key."""
+    for option, (key, metavar, words) in TUNING_OPTIONS.items():
+        parser.add_argument(
+            option,
+            dest="overrides",
+            type=lambda text, key=key: (key, text),
+            action="append",
+            default=[],
+            metavar=metavar,
+            help=words,
+        )
+
+
 def add_guitar_options(parser):
     """``--preset`` and ``--set``."""
     parser.add_argument(
@@ -132,6 +158,12 @@ def load_guitar(args):
     from ..model.presets import load_preset
 
     return load_preset(args.preset, dict(args.overrides))
+
+
+def given_settings(overrides):
+    """The options that ``overrides`` come from, as they are written (list of str)."""
+    short = {key: option for option, (key, *_) in TUNING_OPTIONS.items()}
+    return list(dict.fromkeys(short.get(key, "--set") for key, _ in overrides))
 
 
 def need_matplotlib(who):

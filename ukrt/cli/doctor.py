@@ -13,6 +13,7 @@ from .common import (
     add_command,
     add_guitar_options,
     add_rate_option,
+    add_tuning_options,
     load_guitar,
     make_console,
     make_engine,
@@ -67,6 +68,7 @@ def add_parser(commands):
         help="what to measure (default: portaudio; null without a sound card)",
     )
     add_guitar_options(parser)
+    add_tuning_options(parser)
     add_rate_option(parser, None, "default: 48000 where the sound card can, else the card's own")
     parser.add_argument("--json", action="store_true", help="print exact data as JSON instead of tables")
     parser.add_argument("--plot", metavar="PNG", help="draw loads and losses into this file (needs matplotlib)")

@@ -87,6 +87,7 @@ class Playing:
         args, way = self._args, find_way(self._args)
         self._engine = engine = make_live_engine(args, self._shelf.guitar, way.sample_rate)
         self._guitar = engine.guitar
+        self._warn(engine.intonation)
         audio = args.record_audio
         if way.fallback and audio is None:
             from ..drivers.sound.null import new_recording_path
@@ -174,6 +175,7 @@ class Playing:
         if self._shelf.guitar != self._guitar:
             self._guitar = self._shelf.guitar
             session.change_preset(self._guitar)
+            self._warn()
         if now >= self._next_show:
             self._next_show = now + _SHOW_SECONDS
             self._show(now)
@@ -205,6 +207,14 @@ class Playing:
     def _tell(self, sentence):
         self._news.append((self._session.seconds if self._session else 0.0, sentence))
         self._status.say(sentence)
+
+    def _warn(self, intonation=None):
+        """Say what real strings would say to the tuning."""
+        from ..model.string_limits import tuning_warnings, wolf_warnings
+
+        wolves = wolf_warnings(self._guitar, intonation) if intonation else []
+        for warning in tuning_warnings(self._guitar) + wolves:
+            self._tell(f"tuning: {warning}")
 
     def _follow(self, entries):
         """Program changes among what has acted on the engine; called by the recorder's thread."""

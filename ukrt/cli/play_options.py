@@ -5,7 +5,15 @@ import argparse
 import math
 import pathlib
 
-from .common import UsageError, add_block_option, add_fingering_option, add_rate_option, add_set_option, number
+from .common import (
+    UsageError,
+    add_block_option,
+    add_fingering_option,
+    add_rate_option,
+    add_set_option,
+    add_tuning_options,
+    number,
+)
 from .report import check_report_path
 
 DRIVERS = ("portaudio", "jack", "null")
@@ -118,6 +126,7 @@ def _add_guitar(group):
         help="the guitar: a name that `ukrt presets` lists, or a TOML file; repeated, program change 0, 1, ... chooses "
         "among them (default: classical)",
     )
+    add_tuning_options(group)
     add_set_option(group, "change one value of the preset")
 
 

@@ -4,6 +4,7 @@ import os
 import platform
 
 from .. import __version__
+from ..model.string_limits import describe_tuning
 from .common import clock_time, describe_notes
 
 _SHARES = {"p50": 0.5, "p99": 0.99, "p99_9": 0.999, "max": 1.0}
@@ -51,6 +52,7 @@ def make_report(session, state, output_counts, recorder, shelf, ended, news, arg
         "midi": [source.counts() for source in session.midi_sources],
         "output_counts": output_counts,
         "guitar": engine.guitar.name,
+        "tuning": describe_tuning(engine.guitar),
         "presets": shelf.names,
         "settings": engine.settings(),
         "recorded": recorder.counts(),

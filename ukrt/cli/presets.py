@@ -1,12 +1,13 @@
 """``ukrt presets``: the guitars there are; with a name, that guitar as TOML which ``--preset`` loads again."""
 
-from .common import UsageError, add_command, add_set_option, load_guitar
+from .common import UsageError, add_command, add_set_option, add_tuning_options, given_settings, load_guitar, say
 
 _EPILOG = """\
 examples:
   ukrt presets
   ukrt presets classical > mine.toml
   ukrt presets drop-d --set pluck.place=0.8
+  ukrt presets classical --tuning open-g > open-g.toml
 """
 
 
@@ -14,6 +15,7 @@ def add_parser(commands):
     """Add the subcommand to the parser."""
     parser = add_command(commands, "presets", "list the guitars, or print one as TOML that can be loaded", _EPILOG)
     parser.add_argument("preset", nargs="?", metavar="NAME|FILE", help="print this one as TOML that can be loaded")
+    add_tuning_options(parser)
     add_set_option(parser, "change one value before printing")
     parser.set_defaults(run=run)
 
@@ -22,12 +24,17 @@ def run(args):
     """List or print."""
     from ..model.preset_text import dump_preset
     from ..model.presets import load_preset, preset_names
+    from ..model.string_limits import tuning_warnings
 
     if args.preset is not None:
-        print(dump_preset(load_guitar(args)), end="")
+        guitar = load_guitar(args)
+        for warning in tuning_warnings(guitar):
+            say(f"tuning: {warning}")
+        print(dump_preset(guitar), end="")
         return 0
-    if args.overrides:
-        raise UsageError("--set changes a preset that is printed; name it, as in: ukrt presets classical --set ...")
+    if given := given_settings(args.overrides):
+        words = f"{given[0]} changes a preset that is printed; name it"
+        raise UsageError(f"{words}, as in: ukrt presets classical {given[0]} ...")
     names = preset_names()
     width = max(map(len, names), default=0)
     for name in names:

@@ -12,8 +12,10 @@ from .common import (
     add_guitar_options,
     add_part_options,
     add_rate_option,
+    add_tuning_options,
     clock_time,
     describe_notes,
+    given_settings,
     load_guitar,
     make_console,
     make_engine,
@@ -27,6 +29,7 @@ examples:
   ukrt render song.mid                            song.wav, 48 kHz, 24 bit
   ukrt render song.mid -o song.flac --rate 96000
   ukrt render song.mid --preset drop-d --set pluck.place=0.8
+  ukrt render song.mid --tuning DADGAD --capo 2 --scale meantone.scl
   ukrt render song.mid --signal strings --bits 32f -o strings.wav
   ukrt render song.mid --report song.json         which string and fret each note took
   ukrt render song.mid --from bar:5 --to bar:9    bars 5 to 8, bit for bit as in the whole
@@ -52,6 +55,7 @@ def add_parser(commands):
         help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it)",
     )
     add_guitar_options(parser)
+    add_tuning_options(parser)
     parser.set_defaults(preset=_Unchosen("classical"))
     add_rate_option(parser, None, "default: 48000; a take's own")
     add_block_option(parser, 512, "default: %(default)s")
@@ -105,6 +109,8 @@ def run(args):
         write_report(report_path, report)
     for warning in report["warnings"]:
         say(f"{args.midi}: {warning}")
+    for warning in report.get("tuning_warnings", ()):
+        say(f"tuning: {warning}")
     print(_summary(target, report))
     return 0
 
@@ -175,7 +181,7 @@ def _other_than(args, take):
     """The options that ask for something else than was played (list of str)."""
     wanted = {
         "--preset": not isinstance(args.preset, _Unchosen),
-        "--set": bool(args.overrides),
+        **dict.fromkeys(given_settings(args.overrides), True),
         "--rate": args.rate not in (None, take.sample_rate),
         "--signal": args.signal not in (None, take.signal),
         "--gain": args.gain != 0.0,

@@ -9,6 +9,7 @@ from ukrt.engine.kernels.player import player_reset
 from ukrt.engine.memory import Block
 from ukrt.engine.player_tables import make_player_tables
 from ukrt.errors import ParameterError
+from ukrt.model.fingerboard import fingerboard
 from ukrt.model.intonation import make_intonation
 from ukrt.radiation.impulse_response import load_impulse_response
 from ukrt.units import db_to_gain
@@ -73,7 +74,7 @@ class Instance:
 
     def reset(self):
         """All strings at rest, no note held."""
-        fill_instance(self.d, self.i, self.guitar, self.intonation, self.sample_rate)
+        fill_instance(self.d, self.i, fingerboard(self.guitar).guitar, self.intonation, self.sample_rate)
         convolver_reset(self.v, self.vi)
         i = self.i
         i[at.H_SIGNAL], i[at.H_CHANNELS] = SIGNALS[self.signal], self.channels

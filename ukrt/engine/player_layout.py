@@ -32,7 +32,7 @@ COST_YOUTH = 200  # for each string plucked longer ago than the one that is stol
 COST_SHIFT = 6  # for each fret the hand moves
 COST_SHIFT_ANY = 15  # for moving at all
 COST_FRET = 2  # for each fret up the neck
-COST_CROSSED = 8  # for each pair of notes of which the lower is on the higher string
+COST_CROSSED = 8  # for each pair of notes in another order than their open strings
 COST_BUSY = 3  # the string is just being damped
 BONUS_SAME = 20  # this string played this pitch last
 BONUS_REPEAT = 3000  # this string still sounds this very note
@@ -54,8 +54,9 @@ I_BEND_RANGE = PLAYER_I + 11  # cents, before any RPN
 I_BEND_RAMP = PLAYER_I + 12
 I_BEND_SLOT = PLAYER_I + 13  # least frames between two tension gestures of a string
 I_LIFT_RAMP = PLAYER_I + 14  # frames in which a finger lets go
-I_OPEN = PLAYER_I + 16  # MIDI note of each open string
-I_FOLD = I_OPEN + ROW  # pitch that is played for each MIDI note, or -1
+I_REPEAT = PLAYER_I + 15  # keys after which the scale repeats, 12 where there is no other
+I_OPEN = PLAYER_I + 16  # key (MIDI note) of each open string
+I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 
 # Parameters (d) ----------------------------------------------------------------------------------------------------
 D_PLUCK_PLACE = PLAYER_D + 0

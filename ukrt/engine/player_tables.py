@@ -7,6 +7,7 @@ and ``i``.
 import numpy as np
 
 from ukrt.engine import player_layout as at
+from ukrt.model.fingerboard import fingerboard, key_cents, repeat_keys
 from ukrt.playing.rules import (
     BEND_RAMP_TIME,
     BEND_SLOT_TIME,
@@ -26,15 +27,16 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     ----------
     guitar : Guitar
     intonation : Intonation
-        Its ``places`` (strings, frets + 1) [m] say where each fret stops each string.
+        Its ``places`` (strings, frets + 1) [m] say where each fret stops each string, both from the capo.
     sample_rate : float [Hz]
     d, i : ndarray
         The instance's flat arrays, float64 and int64.
     """
+    board = fingerboard(guitar)
     lead = max(1, round(guitar.pluck.duration * sample_rate))
     damp = _frames(guitar.damper.attack_time, sample_rate)
     i[at.I_STRINGS] = len(guitar.strings)
-    i[at.I_FRETS] = guitar.playing.frets
+    i[at.I_FRETS] = board.frets
     i[at.I_SPAN] = guitar.playing.hand_span_frets
     i[at.I_LEAD] = lead
     lift = min(_frames(LIFT_TIME, sample_rate), max(1, lead // 3))
@@ -49,15 +51,16 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_BEND_RANGE] = round(100 * guitar.playing.bend_range_semitones)
     i[at.I_BEND_RAMP] = _frames(BEND_RAMP_TIME, sample_rate)
     i[at.I_BEND_SLOT] = max(_frames(BEND_SLOT_TIME, sample_rate), -(-lead // 4))
-    notes = [string.note for string in guitar.strings]
+    keys, repeat = board.open_keys, repeat_keys(guitar.tuning)
+    i[at.I_REPEAT] = repeat
     i[at.I_OPEN : at.I_OPEN + at.ROW] = 0
-    i[at.I_OPEN : at.I_OPEN + len(notes)] = notes
-    i[at.I_FOLD : at.I_FOLD + 128] = fold_table(notes, guitar.playing.frets)
-    d[at.D_PLUCK_PLACE] = guitar.pluck.place
+    i[at.I_OPEN : at.I_OPEN + len(keys)] = keys
+    i[at.I_FOLD : at.I_FOLD + 128] = fold_table(keys, board.frets, repeat, key_cents(guitar.tuning)[1])
+    d[at.D_PLUCK_PLACE] = board.guitar.pluck.place
     d[at.D_PLUCK_ANGLE] = guitar.pluck.angle
     d[at.D_FORCE : at.D_FORCE + 128] = force_curve(guitar.pluck)
     places = np.asarray(intonation.places)
-    for s in range(len(notes)):
+    for s in range(len(keys)):
         row = at.D_PLACES + s * at.FRET_ROW
         d[row : row + places.shape[1]] = places[s]
 

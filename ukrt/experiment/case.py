@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from ..errors import ParameterError
 from ..model import fields as f
 from ..model.contacts import held_by_finger
+from ..model.fingerboard import fingerboard
 from ..model.parameters import Body, Guitar
 
 FOREVER = 86400.0  # s: the end of a finger that stays
@@ -87,7 +88,7 @@ class Case(f.Checked):
         for key, rows in rows_of.items():
             for n, row in enumerate(rows):
                 _refuse_unknown(f"{key}.{n}.string", [row.string], names)
-        lengths = {string.name: string.length for string in self.guitar.strings}
+        lengths = {string.name: string.length for string in fingerboard(self.guitar).guitar.strings}
         reach = min(contact.offset for contact in self.guitar.finger.contacts)
         for n, one in enumerate(self.held):
             if one.place * lengths[one.string] + reach <= 0.0:
@@ -100,7 +101,7 @@ class Case(f.Checked):
     @functools.cached_property
     def instrument(self):
         """The guitar that is really there (Guitar): strings, bridge, losses and stretching as the case has them."""
-        guitar = self.guitar
+        guitar = fingerboard(self.guitar).guitar
         strings = [string for string in guitar.strings if not self.strings or string.name in self.strings]
         body, finger = guitar.body, guitar.finger
         if self.bridge == "rigid":

@@ -1,5 +1,5 @@
 """Putting a guitar in tune: a `Guitar` enters; tensions of its open strings and places of the finger for every fret
-leave, so that each note's string-like pole on the coupled guitar has the frequency of equal temperament.
+leave, so that each note's string-like pole on the coupled guitar has the frequency that its scale asks for.
 
 Solved in continuous time with the strings' modes to 400 kHz (`coupling`), body coupled, the other strings damped, at
 small amplitude, for partial 1 of the motion in Y; in Z, where the bridge does not move, the same note lies some cents
@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import ParameterError
-from ..units import cents_to_ratio, midi_to_hz, ratio_to_cents
+from ..units import cents_to_ratio, ratio_to_cents
 from .coupling import SPLIT_HZ, Bridge, Characteristic, HeldString
+from .fingerboard import fingerboard
 from .parameters import Basis, Radiation
 from .poles import slowest_pole, stopped, with_tensions
 from .strings import REFERENCE_HZ, ideal_open_hz, retuned
@@ -37,9 +38,9 @@ class Intonation:
     ----------
     tensions : ndarray (n_strings,) [N]
     places : ndarray (n_strings, frets + 1) [m]
-        Of the finger's first contact, from the nut; column 0, the open string, is 0.
+        Of the finger's first contact, from nut or capo (and frets from there); column 0, the open string, is 0.
     cents_left : ndarray (n_strings, frets + 1) [cents]
-        How far the slowest pole of each note is from equal temperament.
+        How far the slowest pole of each note is from where it should be.
     decay_rates : ndarray (n_strings, frets + 1) [1/s]
         sigma of that pole.
     """
@@ -66,37 +67,40 @@ def make_intonation(guitar):
     return _solved(plain)
 
 
-def geometric_places(string, frets):
-    """Places L (1 - 2^(-n/12)) of frets 0 to ``frets``: ndarray (frets + 1,) [m]."""
-    return string.length * (1.0 - np.exp2(-np.arange(frets + 1) / 12.0))
-
-
 @functools.lru_cache(maxsize=32)
 def _solved(guitar):
-    top = max(_target_hz(guitar, one, guitar.playing.frets) for one in guitar.strings)
-    options = {"others": "damped" if guitar.damper.places else "absent", "split_hz": max(SPLIT_HZ, 5.0 * top)}
+    board = fingerboard(guitar)
+    options = {
+        "others": "damped" if guitar.damper.places else "absent",
+        "split_hz": max(SPLIT_HZ, 5.0 * float(board.hz.max())),
+    }
     equal = guitar.tuning.mode == "equal"
-    tensions = _open_tensions(guitar, options) if equal else np.array([one.tension for one in guitar.strings])
-    tuned = with_tensions(guitar, tensions)
+    tensions = _open_tensions(board, options) if equal else np.array([_as_given(one) for one in guitar.strings])
+    tuned = with_tensions(board.guitar, tensions)
     bridge = Bridge(tuned, **options)
-    rows = [_one_string(tuned, bridge, n, equal) for n in range(len(tuned.strings))]
+    rows = [_one_string(tuned, bridge, board, n, equal) for n in range(len(tuned.strings))]
     out = Intonation(tensions, *(np.array(column) for column in zip(*rows, strict=True)))
     for array in (out.tensions, out.places, out.cents_left, out.decay_rates):
         array.setflags(write=False)
     return out
 
 
-def _open_tensions(guitar, options):
+def _as_given(string):
+    return string.tension * cents_to_ratio(2.0 * string.fine_tune)
+
+
+def _open_tensions(board, options):
     """Tensions [N] that put all open strings in tune together: each depends a little on the others through the body."""
+    guitar = board.guitar
     strings = list(guitar.strings)
     for n, one in enumerate(strings):
-        _retune(strings, n, ratio_to_cents(_target_hz(guitar, one) / ideal_open_hz(one)))
+        _retune(strings, n, ratio_to_cents(board.hz[n, 0] / ideal_open_hz(one)))
     rates = [None] * len(strings)
     for _ in range(8):
         guitar = replace(guitar, strings=tuple(strings))
         bridge, moved = Bridge(guitar, **options), 0.0
         for n in range(len(strings)):
-            cents, _, rates[n] = _tune(_OpenString(guitar, bridge, n), rates[n])
+            cents, _, rates[n] = _tune(_OpenString(guitar, bridge, board, n), rates[n])
             _retune(strings, n, float(cents[0]))
             moved = max(moved, abs(float(cents[0])))
         if moved < 1e-5:
@@ -113,24 +117,20 @@ def _retune(strings, n, cents):
         raise ParameterError(f"strings.{n}.note", strings[n].note, words) from None
 
 
-def _one_string(guitar, bridge, string, equal):
+def _one_string(guitar, bridge, board, string, equal):
     """Row of places, of remaining cents and of decay rates of one string."""
-    note = _OpenString(guitar, bridge, string)
+    note = _OpenString(guitar, bridge, board, string)
     left, rate = _heard(note, np.zeros(1), near=None if equal else note.expected(np.zeros(1)))
     places, cents, rates = [np.zeros(1)], [left], [rate]
-    if guitar.playing.frets:
-        note = _FrettedString(guitar, bridge, string)
+    if board.frets:
+        note = _FrettedString(guitar, bridge, board, string)
         if equal:
             setting, left, rate = _tune(note)
         else:
-            setting = np.zeros(guitar.playing.frets)
+            setting = np.zeros(board.frets)
             left, rate = _heard(note, setting, near=note.expected(setting))
         places, cents, rates = [*places, note.places(setting)], [*cents, left], [*rates, rate]
     return np.concatenate(places), np.concatenate(cents), np.concatenate(rates)
-
-
-def _target_hz(guitar, string, frets=0):
-    return midi_to_hz(string.note + frets, guitar.tuning.a4_hz)
 
 
 class _Note:
@@ -144,9 +144,9 @@ class _Note:
 class _OpenString(_Note):
     """An open string whose knob is its tension, in cents of a flexible string's pitch."""
 
-    def __init__(self, guitar, bridge, string):
+    def __init__(self, guitar, bridge, board, string):
         self.bridge, self.index, self.string = bridge, string, guitar.strings[string]
-        self.omega = np.array([2.0 * np.pi * _target_hz(guitar, self.string)])
+        self.omega = 2.0 * np.pi * board.hz[string, :1]
 
     def free_length(self, cents, notes=None):
         return np.full(len(cents), self.string.length)
@@ -162,17 +162,16 @@ class _OpenString(_Note):
 class _FrettedString(_Note):
     """All stopped notes of a string; the knob is the finger's place, in cents of the length that is left."""
 
-    def __init__(self, guitar, bridge, string):
+    def __init__(self, guitar, bridge, board, string):
         self.guitar, self.bridge, self.index, self.string = guitar, bridge, string, guitar.strings[string]
-        frets = guitar.playing.frets
-        self.omega = 2.0 * np.pi * _target_hz(guitar, self.string, np.arange(1, frets + 1))
-        self.geometric = geometric_places(self.string, frets)[1:]
+        self.omega = 2.0 * np.pi * board.hz[string, 1:]
+        self.ideal = board.ideal[string, 1:]
         behind = min(contact.offset for contact in guitar.finger.contacts)
         self.longest = self.string.length + behind - CLEARANCE
 
     def free_length(self, cents, notes=None):
-        geometric = self.geometric if notes is None else self.geometric[notes]
-        return np.minimum((self.string.length - geometric) * cents_to_ratio(-np.asarray(cents)), self.longest)
+        ideal = self.ideal if notes is None else self.ideal[notes]
+        return np.minimum((self.string.length - ideal) * cents_to_ratio(-np.asarray(cents)), self.longest)
 
     def places(self, cents, notes=None):
         return self.string.length - self.free_length(cents, notes)

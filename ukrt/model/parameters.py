@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 from ..errors import ParameterError
 from . import fields as f
+from .fingerboard import MOST_FRETS, first_fret, key_cents
 
 MAX_CONTACTS = 5  # fingers and dampers together on one string
 LEAST_GAP = 1e-4  # m between two contacts: nearer, they are one
 LEAST_RIGID_GAP = 1e-3  # m: two rigid points nearer than this fix the slope as well, and the system becomes singular
 LEAST_NUT_GAP = 5e-3  # m that the contact nearest to the nut keeps from it at the first fret
+EQUAL_TEMPERAMENT = tuple(100.0 * n for n in range(1, 13))  # cents
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class String(f.Checked):
     """A stiff damped string with the constants of Eqs. 16-20, 48 and 49."""
 
     name: str = f.text("name of the open string, such as E2")
-    note: int = f.integer(0, 127, "MIDI note of the open string")
+    note: int = f.integer(0, 127, "MIDI note of the open string without a capo, in equal temperament")
     length: float = f.number("m", 0.1, 2.0, "scale length L, nut to bridge")
     tension: float = f.number("N", 1.0, 500.0, "tension T0 at rest; where tuning.mode is equal only a first guess")
     linear_density: float = f.number("kg/m", 1e-5, 0.1, "mass per length rho S")
@@ -30,6 +32,7 @@ class String(f.Checked):
     loss_air: float = f.number("1/s", 0.0, 100.0, "loss coefficient eta_A (Eq. 49)")
     loss_bending: float = f.number("", 0.0, 1.0, "loss coefficient eta_B (Eq. 49)")
     bridge_position: float = f.number("", 0.0, 1.0, "where it crosses the bridge: 0 bass end, 1 treble end")
+    fine_tune: float = f.number("cents", -100.0, 100.0, "how far it is tuned beside its note, frets and all", 0.0)
 
     @property
     def wave_speed(self):
@@ -146,22 +149,60 @@ class Radiation(f.Checked):
 class Playing(f.Checked):
     """The player and the fingerboard."""
 
-    frets: int = f.integer(0, 24, "frets that can be stopped")
+    frets: int = f.integer(0, MOST_FRETS, "frets that can be stopped")
     idle_strings: str = f.choice(("open", "damped"), "strings without a note: free, or held by the damper", "open")
     bend_range_semitones: float = f.number("semitones", 0.0, 24.0, "full pitch bend, unless an RPN changes it", 2.0)
     hand_span_frets: int = f.integer(1, 24, "frets that the left hand spans without moving", 4)
+    capo: int = f.integer(0, 12, "fret at which a capo holds all strings, 0: none; frets are counted from there", 0)
+
+    def cross_check(self):
+        if self.capo > self.frets:
+            raise ParameterError("capo", self.capo, f"it must be one of the {self.frets} frets, or 0")
+
+
+@dataclass(frozen=True)
+class Scale(f.Checked):
+    """Which pitches there are, as in Scala's ``.scl``: above degree 0, whose 0 cents are not listed."""
+
+    name: str = f.text("what it is called", "12 equal steps")
+    cents: tuple = f.numbers_list(
+        "cents", -12000.0, 12000.0, (1, 1024), "degrees 1, 2, ...; after the last it repeats", EQUAL_TEMPERAMENT
+    )
+
+
+@dataclass(frozen=True)
+class Keyboard(f.Checked):
+    """Which key (MIDI note) plays which degree of the scale, and how high, as in Scala's ``.kbm``."""
+
+    degrees: tuple = f.texts_list((0, 128), "degree on each key from middle_key up, or x; none: one degree a key", ())
+    first_key: int = f.integer(0, 127, "keys below play nothing", 0)
+    last_key: int = f.integer(0, 127, "keys above play nothing", 127)
+    middle_key: int = f.integer(0, 127, "key of degree 0", 60)
+    reference_key: int = f.integer(0, 127, "key whose frequency is given", 69)
+    reference_hz: float = f.number("Hz", 1.0, 20000.0, "that frequency where tuning.a4_hz is 440", 440.0)
+    octave_degree: int = f.integer(0, 1024, "degree at which degrees repeats; 0: the scale's last", 0)
+
+    def cross_check(self):
+        for n, degree in enumerate(self.degrees):
+            if degree != "x" and not (degree.isascii() and degree.isdigit() and len(degree) < 5):
+                raise ParameterError(f"degrees.{n}", degree, 'it must be a degree such as "7", or "x"')
 
 
 @dataclass(frozen=True)
 class Tuning(f.Checked):
-    """What tensions and fret places are made from."""
+    """What tensions and fret places are made from: see `fingerboard`."""
 
-    a4_hz: float = f.number("Hz", 220.0, 880.0, "frequency of A4", 440.0)
+    a4_hz: float = f.number("Hz", 220.0, 880.0, "frequency of A4; all else moves with it", 440.0)
     mode: str = f.choice(
         ("published", "equal"),
-        "published: tensions as given, frets at L (1 - 2^(-n/12)); equal: both solved so that every note is in tune",
+        "published: tensions as given, frets where flexible strings want them; equal: both solved for notes in tune",
         "equal",
     )
+    scale: Scale = f.part(Scale, "the scale", Scale())
+    keyboard: Keyboard = f.part(Keyboard, "its notes on the keys", Keyboard())
+
+    def cross_check(self):
+        key_cents(self)
 
 
 @dataclass(frozen=True)
@@ -173,11 +214,11 @@ class Basis(f.Checked):
 
 @dataclass(frozen=True)
 class Guitar(f.Checked):
-    """The whole instrument; string 0 is the lowest."""
+    """The whole instrument; string 0 is the one on the bass side, as a rule the lowest."""
 
     name: str = f.text("name of the preset")
     description: str = f.text("one line about it")
-    strings: tuple = f.parts(String, (1, 12), "strings, the lowest first")
+    strings: tuple = f.parts(String, (1, 12), "strings, that on the bass side first")
     body: Body = f.part(Body, "body modes at the bridge")
     finger: Finger = f.part(Finger, "the stopping finger")
     damper: Damper = f.part(Damper, "the damping hand")
@@ -192,10 +233,8 @@ class Guitar(f.Checked):
         if len(contacts) + len(places) > MAX_CONTACTS:
             words = f"it may have at most {MAX_CONTACTS - len(contacts)} beside the finger's {len(contacts)} contacts"
             raise ParameterError("damper.places", list(places), words)
-        if self.playing.frets:
-            shortest = min(string.length for string in self.strings)
-            limit = -(shortest * (1.0 - 2.0 ** (-1.0 / 12.0)) - LEAST_NUT_GAP)
-            for n, contact in enumerate(contacts):
-                if contact.offset < limit:
-                    words = f"it must be from {limit:.4f} to 0 m, {LEAST_NUT_GAP:g} m off the nut at the first fret"
-                    raise ParameterError(f"finger.contacts.{n}.offset", contact.offset, words)
+        limit = LEAST_NUT_GAP - first_fret(self)
+        for n, contact in enumerate(contacts):
+            if contact.offset < limit:
+                words = f"it must be from {limit:.4f} to 0 m, {LEAST_NUT_GAP:g} m off nut or capo at the first fret"
+                raise ParameterError(f"finger.contacts.{n}.offset", contact.offset, words)

@@ -11,6 +11,7 @@ from pathlib import Path
 from ..errors import ParameterError, PresetError
 from .parameters import Guitar
 from .settings import apply_setting, indexed, merge
+from .tunings import OPEN_STRINGS, expand
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "presets", _PACKAGE.parent / "presets")  # in the wheel, in the checkout
@@ -29,7 +30,9 @@ def load_preset(name_or_path, overrides=None):
     name_or_path : str or os.PathLike
         A name out of `preset_names`, or the path of a file that ends in ``.toml``.
     overrides : dict, optional
-        Dotted keys and their values, as text or as numbers: ``{"strings.0.tension": "70"}``.
+        Dotted keys and their values, as text or as numbers: ``{"strings.0.tension": "70"}``. As in files,
+        ``tuning.scale`` and ``tuning.keyboard`` may be names of Scala's files, and ``tuning.open_strings``, such as
+        "DADGBE", stands for notes, names and tensions of all strings: see `tunings.parse_tuning`.
 
     Returns
     -------
@@ -96,11 +99,16 @@ def read_toml(path, source):
 
 def _guitar(tree, source, overrides):
     """The guitar that a tree describes, with settings laid over it."""
-    for key, value in (overrides or {}).items():
-        try:
-            apply_setting(tree, Guitar, key, value)
-        except ParameterError as error:
-            raise _sentence("the settings", error) from None
+    try:
+        for key, value in (overrides or {}).items():
+            if key == OPEN_STRINGS:  # at once: settings that follow change what it has made
+                tree["tuning"] = {**tree.get("tuning", {}), "open_strings": value}
+                expand(tree, Path(), "the settings")
+            else:
+                apply_setting(tree, Guitar, key, value)
+        expand(tree, Path(), "the settings")
+    except ParameterError as error:
+        raise _sentence("the settings", error) from None
     try:
         return _build(Guitar, tree)
     except ParameterError as error:
@@ -139,17 +147,16 @@ def _read(path, seen):
 
 
 def _on_base(tree, folder, source, seen):
-    """A tree laid over that of its ``base`` where it names one."""
+    """A tree laid over that of its ``base`` where it names one, files and tunings that it names written out."""
     base = tree.pop("base", None)
-    if base is None:
-        return tree
-    if not isinstance(base, str):
+    if base is not None and not isinstance(base, str):
         raise PresetError(f"{source}: base is {base!r}, but it must be a preset's name in quotes", "base", base)
-    below = folder / base if base.lower().endswith(".toml") else _locate(base)
     try:
-        return merge(_read(below, seen), tree)
-    except PresetError:
-        raise
+        if base is not None:
+            below = folder / base if base.lower().endswith(".toml") else _locate(base)
+            tree = merge(_read(below, seen), tree)
+        expand(tree, folder, source)
+        return tree
     except ParameterError as error:
         raise _sentence(source, error) from None
 

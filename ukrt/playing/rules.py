@@ -32,24 +32,31 @@ def force_curve(pluck):
     return force
 
 
-def fold_table(open_notes, frets):
-    """The pitch that is played for each MIDI note: itself, or the nearest octave of it that some string has.
+def fold_table(open_keys, frets, repeat=12, plays=None):
+    """The key that is played for each key: itself, or the nearest octave of it that some string has.
 
     Parameters
     ----------
-    open_notes : sequence of int
-        MIDI notes of the open strings.
+    open_keys : sequence of int
+        Keys (MIDI notes) of the open strings.
     frets : int
+        Each one key higher.
+    repeat : int
+        Keys in an octave, or in whatever interval the scale repeats at.
+    plays : sequence (128,) of bool, optional
+        Which keys the scale has a note for; by default all.
 
     Returns
     -------
     ndarray (128,) of int
-        -1 where no octave of the note can be played.
+        -1 where no octave of the key can be played.
     """
-    playable = sorted({note + fret for note in open_notes for fret in range(frets + 1) if note + fret < 128})
+    plays = np.ones(128, bool) if plays is None else plays
+    reach = {key + fret for key in open_keys for fret in range(frets + 1)}
+    playable = [key for key in sorted(reach) if key < 128 and plays[key]]
     table = np.full(128, -1, dtype=np.int64)
-    for note in range(128):
-        octaves = [pitch for pitch in playable if (pitch - note) % 12 == 0]
+    for key in np.flatnonzero(plays):
+        octaves = [other for other in playable if (other - key) % repeat == 0]
         if octaves:
-            table[note] = min(octaves, key=lambda pitch: (abs(pitch - note), pitch))
+            table[key] = min(octaves, key=lambda other: (abs(other - key), other))
     return table

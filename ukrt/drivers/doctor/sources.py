@@ -12,6 +12,7 @@ import numpy as np
 from ukrt.engine import stage_layout as at
 from ukrt.engine.callback_type import CALLBACK
 from ukrt.engine.kernels import idle
+from ukrt.model.fingerboard import fingerboard
 
 PLUCK_SECONDS = 2.0
 _FIRST_SECONDS = 0.05  # from the start of a slice to its first pluck
@@ -35,7 +36,7 @@ class Compiled:
         self.engine = engine
         self._last = 0
         # The first fret of all strings: a chord that only a finger across all of them can play.
-        self._chord = [string.note + 1 for string in engine.guitar.strings]
+        self._chord = [key + 1 for key in fingerboard(engine.guitar).open_keys]
 
     def __getattr__(self, name):  # whatever else an output asks of an engine
         return getattr(self.engine, name)

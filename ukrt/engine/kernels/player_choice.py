@@ -252,7 +252,7 @@ def _fold_further(i):
         pitch = i[at.G_PITCH + note]
         if i[at.G_STRING + note] >= 0 or pitch == i[at.G_KEY + note]:
             continue
-        further = pitch + 12 if pitch > i[at.G_KEY + note] else pitch - 12
+        further = pitch + i[at.I_REPEAT] if pitch > i[at.G_KEY + note] else pitch - i[at.I_REPEAT]
         if 0 <= further < 128 and i[at.I_FOLD + further] == further:
             i[at.G_PITCH + note] = further
             return True

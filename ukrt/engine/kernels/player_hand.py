@@ -86,12 +86,14 @@ def _sounds(i, s):
 
 @kernel
 def _crossings(i):
-    """Pairs of notes that sound together with the lower one on the higher string."""
+    """Pairs of notes that sound together in another order than their open strings (which need not be ascending)."""
     pairs = 0
     for s in range(i[at.I_STRINGS]):
         pitch = _sounds(i, s)
         for lower in range(s if pitch >= 0 else 0):
-            pairs += 1 if _sounds(i, lower) > pitch else 0
+            other = _sounds(i, lower)
+            if other >= 0 and other != pitch:
+                pairs += 1 if (other > pitch) != (i[at.I_OPEN + lower] > i[at.I_OPEN + s]) else 0
     return pairs
 
 
