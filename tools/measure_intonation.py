@@ -1,4 +1,4 @@
-"""Measure how well a guitar is in tune: a preset enters, cents from equal temperament for each string and fret leave.
+"""Measure how well a guitar is in tune: a preset enters, cents from its scale for each string and fret leave.
 
     python tools/measure_intonation.py [--preset NAME|FILE] [--rate HZ] [--idle damped|open|both] [--force N]
                                        [--frets 0,1,..] [--json FILE] [--plot PNG]
@@ -24,14 +24,11 @@ from measure.forced_notes import WINDOW, note_pitch
 
 from ukrt.engine.engine import Engine
 from ukrt.errors import UkrtError
+from ukrt.model.fingerboard import fingerboard
 from ukrt.model.presets import load_preset
+from ukrt.model.tunings import note_name
 
 LIMIT = 0.5  # cents: what is more is set in bold
-NAMES = ("C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B")
-
-
-def name(midi):
-    return f"{NAMES[midi % 12]}{midi // 12 - 1}"
 
 
 def parse(arguments):
@@ -72,7 +69,7 @@ def summary(notes):
     far, within = worst(notes), sum(abs(note.cents) <= LIMIT for note in notes)
     beaten = sum(bool(slower(note)) for note in notes)
     return (
-        f"worst {far.cents:+.3f} cents: {name(far.midi)}, string {far.string} fret {far.fret}; {within} of "
+        f"worst {far.cents:+.3f} cents: {note_name(far.midi)}, string {far.string} fret {far.fret}; {within} of "
         f"{len(notes)} notes within {LIMIT} cents; {beaten} notes with *"
     )
 
@@ -86,7 +83,7 @@ def show(console, guitar, title, notes):
     table = Table(title=title, caption=summary(notes))
     table.add_column("fret", justify="right")
     for string, one in enumerate(guitar.strings):
-        table.add_column(f"{string} {name(one.note)}", justify="right")
+        table.add_column(f"{string} {note_name(one.note)}", justify="right")
     cells = {(note.string, note.fret): note for note in notes}
     for fret in sorted({note.fret for note in notes}):
         row = [cells[string, fret] for string in range(len(guitar.strings))]
@@ -98,7 +95,7 @@ def show(console, guitar, title, notes):
 
 def records(notes):
     """Notes as plain dicts."""
-    rows = [note._asdict() | {"name": name(note.midi)} for note in notes]
+    rows = [note._asdict() | {"name": note_name(note.midi)} for note in notes]
     return [row | {"rivals": [rival._asdict() for rival in row["rivals"]]} for row in rows]
 
 
@@ -112,8 +109,8 @@ def draw(path, guitar, results):
     for panel, (idle, notes) in zip(figure.subplots(len(results), squeeze=False)[:, 0], results.items(), strict=True):
         for string, one in enumerate(guitar.strings):
             own = [note for note in notes if note.string == string]
-            panel.plot([note.fret for note in own], [note.cents for note in own], ".-", label=name(one.note))
-        panel.set(title=f"idle strings {idle}", xlabel="fret", ylabel="cents beside equal temperament")
+            panel.plot([note.fret for note in own], [note.cents for note in own], ".-", label=note_name(one.note))
+        panel.set(title=f"idle strings {idle}", xlabel="fret", ylabel="cents beside the scale")
         panel.grid(alpha=0.3)
         panel.legend(ncols=6)
     figure.savefig(path)
@@ -125,9 +122,10 @@ def run(options):
     began, results = time.perf_counter(), {}
     for idle in states:
         guitar = load_preset(options.preset, {"playing.idle_strings": idle})
-        frets = options.frets or range(guitar.playing.frets + 1)
-        if not set(frets) <= set(range(guitar.playing.frets + 1)):
-            raise UkrtError(f"--frets: {options.frets} asks for more than frets 0 to {guitar.playing.frets}")
+        most = fingerboard(guitar).frets
+        frets = options.frets or range(most + 1)
+        if not set(frets) <= set(range(most + 1)):
+            raise UkrtError(f"--frets: {options.frets} asks for more than frets 0 to {most}")
         with Progress(console=console, transient=True) as progress:
             task = progress.add_task(f"idle strings {idle}", total=len(guitar.strings) * len(frets))
             results[idle] = measure(guitar, options.rate, options.force, frets, lambda: progress.advance(task))  # noqa: B023

@@ -68,6 +68,7 @@ def test_a_part_of_a_take_is_that_of_the_whole(capsys, tmp_path, take):
 OTHERWISE = [
     (("--preset", "classical"), "--preset"),
     (("--set", "pluck.place=0.7"), "--set"),
+    (("--capo", 2), "--capo"),
     (("--rate", 48000), "--rate"),
     (("--signal", "strings"), "--signal"),
     (("--gain", "-3"), "--gain"),

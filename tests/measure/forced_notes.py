@@ -11,7 +11,7 @@ import numpy as np
 
 from ukrt.engine.kernels.player import player_tick
 from ukrt.engine.kernels.player_strings import start_note
-from ukrt.units import midi_to_hz
+from ukrt.model.fingerboard import fingerboard
 
 from .poles_from_signal import Component, cents_above, note_components
 
@@ -23,7 +23,7 @@ EQUAL_A4_HZ = 440.0
 
 
 class NotePitch(NamedTuple):
-    """Partial 1 of a note: cents above equal temperament, decay [1/s], and whatever else is near and not faint.
+    """Partial 1 of a note: cents above where its scale wants it, decay [1/s], and whatever else is near and not faint.
 
     The pitch is that of the component with the most energy in the window among those at most half a semitone off or,
     where there is none, of all within a semitone (a note far out of tune, of which `paper` has one). With idle strings
@@ -47,7 +47,7 @@ class NotePitch(NamedTuple):
 def forced_note(engine, string, fret, force, seconds):
     """Reset the engine and play one note; the audio begins with the string's release: ndarray (k, channels)."""
     engine.reset()
-    midi = engine.guitar.strings[string].note + fret
+    midi = fingerboard(engine.guitar).open_keys[string] + fret
     player_tick(engine._d, engine._i, 0)
     start_note(engine._d, engine._i, string, 0, midi, float(force), 0, 1.0)
     return after_release(engine, seconds)
@@ -61,9 +61,10 @@ def after_release(engine, seconds):
 
 
 def note_pitch(engine, string, fret, force):
-    """Play one note and measure it against A4 = 440 Hz in equal temperament: `NotePitch`."""
-    midi = engine.guitar.strings[string].note + fret
-    target = float(midi_to_hz(midi, EQUAL_A4_HZ))
+    """Play one note and measure it against its scale with A4 = 440 Hz: `NotePitch`."""
+    board = fingerboard(engine.guitar)
+    midi = board.open_keys[string] + fret
+    target = float(board.hz[string, fret]) * EQUAL_A4_HZ / engine.guitar.tuning.a4_hz
     audio = forced_note(engine, string, fret, force, WINDOW[1])
     found = note_components(audio, engine.sample_rate, target, *WINDOW, REACH_CENTS)
     own = next((one for one in found if abs(cents_above(one, target)) <= OWN_CENTS), found[0])

@@ -22,7 +22,7 @@ KEYS = 128  # MIDI
 MOST_FRETS = 24
 REACH = 2400.0  # cents above the open string where a fingerboard ends: half way to the bridge and half of the rest
 LEAST_STEP = 10.0  # cents between keys: frets nearer than 1 mm at the end of a guitar's neck cannot be fingered apart
-FARTHEST = 300.0  # cents between a string's note and the nearest of the scale beyond which the string would be another
+FARTHEST = 150.0  # cents between a string's note and the nearest of the scale: half the widest step that is believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ def _open_key(guitar, n):
     beside = np.where(plays, beside, np.inf)
     key = int(np.argmin(beside))
     if not beside[key] <= FARTHEST:
-        words = f"the scale has no note within {FARTHEST:g} cents of it that a key plays; tune the string to one"
+        words = f"no key plays a note within {FARTHEST:g} cents of it; tune the string to one, or move the keyboard map"
         raise ParameterError(f"strings.{n}.note", guitar.strings[n].note, words)
     return key
 
