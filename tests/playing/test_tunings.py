@@ -64,6 +64,15 @@ def test_every_key_of_a_scale_is_found_on_the_fret_that_sounds_it():
         assert board.hz[note["string"], note["fret"]] == pytest.approx(440.0 * 2 ** (above / 1200), rel=1e-12)
 
 
+def test_a_note_whose_octave_is_taken_moves_on_by_the_scales_own():
+    """Key 36 belongs at 49, which only the lowest string has, and that plays 49 itself: a tritave up is 62."""
+    bench = Bench({"tuning.scale": TRITAVE, "playing.frets": 16})
+    keys = fingerboard(bench.guitar).open_keys
+    bench.on(1000, 49)
+    bench.on(1000, 36)
+    assert [keys[note["string"]] + note["fret"] for note in bench.log] == [49, 62]
+
+
 def test_keys_that_the_map_leaves_out_are_dropped_and_counted():
     bench = Bench({"tuning.keyboard": WHITE})
     for n, key in enumerate((60, 61, 62, 63)):
