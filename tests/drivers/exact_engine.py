@@ -1,19 +1,10 @@
 """A stand-in for the engine with the same face: each note is a step at its release and a decay known exactly."""
 
-import dataclasses
-
 import numpy as np
 
+from ukrt.model.presets import load_preset
 
-@dataclasses.dataclass(frozen=True)
-class Radiation:
-    gain_db: float = 6.0
-
-
-@dataclasses.dataclass(frozen=True)
-class Guitar:
-    name: str = "exact"
-    radiation: Radiation = Radiation()
+EXACT = load_preset("paper", {"name": "exact", "radiation.gain_db": 6.0})
 
 
 class ExactEngine:
@@ -69,7 +60,7 @@ class ExactEngine:
                     "midi": key,
                     "channel": 0,
                     "string": 0,
-                    "fret": key - 40,
+                    "fret": (key - 40) % 20,
                     "force_n": np.float64(1.0),
                     "end_s": None,
                     "fate": "played",

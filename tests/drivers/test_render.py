@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import smf
 import soundfile
-from exact_engine import ExactEngine, Guitar
+from exact_engine import EXACT, ExactEngine
 
 from ukrt.drivers.files import offline
 from ukrt.errors import AudioFileError, MidiFileError, ParameterError
@@ -32,7 +32,7 @@ class Stage:
             self.engine = ExactEngine(guitar, sample_rate, signal, **(engine or {}))
             return self.engine
 
-        options = {"preset": Guitar(), "fingering": "causal"} | options  # the stand-in has no strings to choose from
+        options = {"preset": EXACT, "fingering": "causal"} | options  # its messages as they stand in the file
         result = function(self.path, *args, engine_factory=make, **options)
         assert self.engine.closed
         return result
@@ -124,7 +124,7 @@ def test_gain_is_the_presets_and_the_options_for_pressure_and_the_options_for_fo
 
 @pytest.mark.parametrize("gain_db", [0.0, -3.0])
 def test_normalized_sound_peaks_at_minus_one_dbfs(stage, gain_db):
-    plain, _ = stage.play(TWO_NOTES, preset=Guitar())
+    plain, _ = stage.play(TWO_NOTES, preset=EXACT)
     samples, report = stage.play(TWO_NOTES, normalize=True, gain_db=gain_db)
     assert 20 * math.log10(np.max(np.abs(samples))) == pytest.approx(-1.0 + gain_db)
     np.testing.assert_allclose(samples / np.max(samples), plain / np.max(plain), rtol=1e-12)

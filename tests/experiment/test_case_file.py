@@ -131,3 +131,13 @@ def test_a_missing_file_and_one_that_is_no_text(tmp_path):
 def test_settings_that_name_nothing(tmp_path, key):
     with pytest.raises(PresetError, match=f"the settings: {key.rpartition('.')[0]}"):
         load_case(_written(tmp_path, SHORT), {key: "7"})
+
+
+def test_a_capo_shortens_the_strings_of_an_experiment(tmp_path):
+    """And places count on what is left of them: half of it is below the finger's reach sooner."""
+    one = load_case(_written(tmp_path, SHORT), {"guitar.playing.capo": "12"})
+    assert [string.length for string in one.instrument.strings] == [pytest.approx(0.325)] * 2
+    held = {"guitar.playing.capo": "12", "guitar.finger.contacts.0.offset": "-0.01"}
+    place = 'held = [{ string = "E2", place = 0.025 }]'
+    with pytest.raises(PresetError, match=r"held\.0\.place"):
+        load_case(_written(tmp_path, SHORT + place), held)

@@ -87,7 +87,7 @@ class Playing:
         args, way = self._args, find_way(self._args)
         self._engine = engine = make_live_engine(args, self._shelf.guitar, way.sample_rate)
         self._guitar = engine.guitar
-        self._warn(engine.intonation)
+        self._warn(intonation_known=True)
         audio = args.record_audio
         if way.fallback and audio is None:
             from ..drivers.sound.null import new_recording_path
@@ -208,12 +208,11 @@ class Playing:
         self._news.append((self._session.seconds if self._session else 0.0, sentence))
         self._status.say(sentence)
 
-    def _warn(self, intonation=None):
-        """Say what real strings would say to the tuning."""
+    def _warn(self, intonation_known=False):
+        """Say what real strings would say to the tuning and, where the solver has run already, which notes are wolves."""
         from ..model.string_limits import tuning_warnings, wolf_warnings
 
-        wolves = wolf_warnings(self._guitar, intonation) if intonation else []
-        for warning in tuning_warnings(self._guitar) + wolves:
+        for warning in tuning_warnings(self._guitar) + (wolf_warnings(self._guitar) if intonation_known else []):
             self._tell(f"tuning: {warning}")
 
     def _follow(self, entries):

@@ -11,6 +11,7 @@ from .common import (
     add_fingering_option,
     add_guitar_options,
     add_part_options,
+    add_tuning_options,
     announce_compiling,
     load_guitar,
     number,
@@ -40,6 +41,7 @@ def add_parser(commands):
         "-o", "--output", metavar="FILE", help="write .txt, .musicxml (or .xml) or .jams; is replaced (default: print)"
     )
     add_guitar_options(parser)
+    add_tuning_options(parser)
     add_part_options(parser, "show only what begins here")
     add_fingering_option(parser)
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""What real strings would say to a tuning: a guitar (and its intonation) enters, sentences leave about strings that
+"""What real strings would say to a tuning: a guitar enters, sentences leave about strings that
 would break or rattle and about notes that its body keeps out of tune. Nothing is refused: the model plays on."""
 
 import math
@@ -7,6 +7,7 @@ import numpy as np
 
 from ..units import cents_to_ratio
 from .fingerboard import fingerboard, key_cents
+from .intonation import make_intonation
 from .tunings import note_name
 
 NYLON_DENSITY = 1140.0  # kg/m^3, of polyamide 6 and 6.6
@@ -55,13 +56,12 @@ def tuning_warnings(guitar):
     return out
 
 
-def wolf_warnings(guitar, intonation):
+def wolf_warnings(guitar):
     """Which notes no tension and no fret can put in tune, since the body shares them; nothing in mode ``published``.
 
     Parameters
     ----------
     guitar : ukrt.model.parameters.Guitar
-    intonation : ukrt.model.intonation.Intonation
 
     Returns
     -------
@@ -70,6 +70,7 @@ def wolf_warnings(guitar, intonation):
     """
     if guitar.tuning.mode == "published":
         return []
+    intonation = make_intonation(guitar)
     board, (_, plays) = fingerboard(guitar), key_cents(guitar.tuning)
     keys = np.array(board.open_keys)[:, None] + np.arange(board.frets + 1)
     off = np.where((keys < len(plays)) & plays[np.minimum(keys, len(plays) - 1)], intonation.cents_left, 0.0)

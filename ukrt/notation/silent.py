@@ -14,6 +14,7 @@ from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
 from ukrt.engine.note_log import read_counters, read_note_log
 from ukrt.engine.player_layout import I_LEAD, I_OPEN, LOG_CAPACITY
 from ukrt.engine.player_tables import make_player_tables
+from ukrt.model.fingerboard import fingerboard
 
 _FAR = 1 << 60
 
@@ -33,12 +34,12 @@ def play_silently(guitar, score, sample_rate=48000.0):
     notes : list of dict
         One for each note-on, as `ukrt.engine.note_log.read_note_log` gives them.
     open_keys : list of int
-        MIDI note of each string without a finger, the lowest string first.
+        MIDI note of each string without a finger (from the capo on), that on the bass side first.
     counters : dict of str to int
     """
     d, i = np.zeros(layout.D_SIZE), np.zeros(layout.I_SIZE, dtype=np.int64)
     player_reset(d, i)
-    make_player_tables(guitar, SimpleNamespace(places=_places(guitar)), sample_rate, d, i)
+    make_player_tables(guitar, SimpleNamespace(places=fingerboard(guitar).ideal), sample_rate, d, i)
     player_tick(d, i, 0)
     frames = np.rint(score.time_s * sample_rate).astype(np.int64)
     starts = (score.status & 0xF0 == 0x90) & (score.data2 > 0)
@@ -55,12 +56,6 @@ def play_silently(guitar, score, sample_rate=48000.0):
     rows = read_note_log(d, i, sample_rate)
     notes[sent - len(rows) :] = rows
     return _without_lead(notes, int(i[I_LEAD])), i[I_OPEN : I_OPEN + len(guitar.strings)].tolist(), read_counters(i)
-
-
-def _places(guitar):
-    """Where the frets of an ideal string are (strings, frets + 1) [m]; the choice does not depend on it."""
-    ratios = 2.0 ** (-np.arange(guitar.playing.frets + 1) / 12.0)
-    return np.array([string.length * (1.0 - ratios) for string in guitar.strings])
 
 
 def _without_lead(notes, lead):

@@ -3,6 +3,8 @@
 import numpy as np
 
 from ukrt.drivers.files.part import count_all, count_notes
+from ukrt.model.fingerboard import fingerboard
+from ukrt.model.string_limits import describe_tuning, tuning_warnings, wolf_warnings
 from ukrt.units import gain_to_db
 
 
@@ -30,17 +32,16 @@ def make_report(score, performance, meter, guitar, signal, gain_db, part):
         the sound in the whole), ``peak_dbfs`` (None for silence), ``clipped_samples`` (beyond full scale),
         ``times_real_time`` (of the engine; its first block, which may wait for the compiler, is left out; None where
         there is no other), ``preset``, ``sample_rate``, ``signal``, ``channels``, ``frames``, ``gain_db``, ``title``,
-        ``warnings`` (oddities of the MIDI file), ``counters`` (the engine's, from the beginning of the whole), and
-        ``notes``, those that begin in the part: a list of ``time_s`` (in the whole), ``release_frame`` (in output
-        samples), ``midi``, ``channel``, ``string``, ``fret``, ``force_n``, ``end_s`` (in the whole; None: not yet),
-        ``fate``.
+        ``warnings`` (oddities of the MIDI file), ``tuning``, ``tuning_warnings`` (strings that would break or rattle,
+        notes that cannot be put in tune), ``counters`` (the engine's, from the beginning of the whole), and ``notes``,
+        those that begin in the part: a list of ``time_s`` (in the whole), ``release_frame`` (in output samples),
+        ``midi``, ``channel``, ``string``, ``fret`` (from the capo), ``hz`` (its pitch without bend; None for a note
+        that got no string), ``force_n``, ``end_s`` (in the whole; None: not yet), ``fate``.
     """
     engine, lead = performance.engine, performance.engine.lead_frames
     counters = {name: _plain(value) for name, value in engine.counters().items() if np.ndim(value) == 0}
-    notes = part.notes(
-        {name: _plain(value) for name, value in (row | {"release_frame": row["release_frame"] - lead}).items()}
-        for row in performance.notes()
-    )
+    pitches = fingerboard(guitar).hz
+    notes = part.notes(_note(row, lead, pitches) for row in performance.notes())
     seconds = performance.compute_seconds
     speed = performance.timed_frames / engine.sample_rate / seconds if seconds > 0.0 else None
     return {
@@ -59,9 +60,18 @@ def make_report(score, performance, meter, guitar, signal, gain_db, part):
         "gain_db": gain_db,
         "title": score.title,
         "warnings": list(score.warnings),
+        "tuning": describe_tuning(guitar),
+        "tuning_warnings": tuning_warnings(guitar) + wolf_warnings(guitar),
         "counters": counters,
         "notes": notes,
     }
+
+
+def _note(row, lead, pitches):
+    """A note of the log with its pitch, its release counted from MIDI time 0."""
+    hz = None if row["string"] is None else pitches[row["string"], row["fret"]]
+    row = row | {"release_frame": row["release_frame"] - lead, "hz": hz}
+    return {name: _plain(value) for name, value in row.items()}
 
 
 def _plain(value):
