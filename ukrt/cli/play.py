@@ -209,7 +209,7 @@ class Playing:
         self._status.say(sentence)
 
     def _warn(self, intonation_known=False):
-        """Say what real strings would say to the tuning and, where the solver has run already, which notes are wolves."""
+        """Say what real strings would say to the tuning and, where the solver has run, which notes are wolves."""
         from ..model.string_limits import tuning_warnings, wolf_warnings
 
         for warning in tuning_warnings(self._guitar) + (wolf_warnings(self._guitar) if intonation_known else []):
