@@ -20,7 +20,7 @@ def neck():
 @pytest.fixture(scope="module")
 def small_neck(neck):
     """Three strings, four frets under a small hand: few enough ways to try them all."""
-    return Neck((55, 59, 64), 4, 2, neck.places)
+    return Neck((55, 59, 64), 4, neck.places[:5], neck.places[2] - neck.places[1])
 
 
 def random_music(rng, neck, moments, step=0.2, longest=0.5):

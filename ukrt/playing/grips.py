@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ukrt.model.intonation import geometric_places
+from ukrt.model.fingerboard import fingerboard
 from ukrt.playing import fingering_costs as cost
+from ukrt.units import cents_to_ratio
 
 FINGERS = 4
 
@@ -42,19 +43,17 @@ class Neck:
 
     Parameters
     ----------
-    open_notes : sequence of int
-        MIDI notes of the open strings, lowest string first.
+    open_keys : sequence of int
+        Keys (MIDI notes) of the open strings, that on the bass side first.
     frets : int
-    span : int
-        Frets that the hand covers in first position.
-    places : ndarray [m]
-        From the nut to each fret, at least to fret ``span``.
+    places : ndarray (max(frets, 1) + 1,) [m]
+        From the nut to each fret.
+    reach : float [m]
+        Between index and little finger without strain.
     """
 
-    def __init__(self, open_notes, frets, span, places):
-        self.open, self.frets = tuple(open_notes), frets
-        self.places = places[: max(frets, 1) + 1]  # a hand stands at fret 1, whether or not there is one
-        self.reach = places[span] - places[1]
+    def __init__(self, open_keys, frets, places, reach):
+        self.open, self.frets, self.places, self.reach = tuple(open_keys), frets, places, reach
         self.ways = np.abs(self.places[:, None] - self.places)  # [m] between two positions
         self._grips = {}
 
@@ -104,8 +103,14 @@ def _can_lie_across(frets, low):
 
 
 def neck_of(guitar):
-    """The `Neck` of a ``Guitar``."""
-    playing = guitar.playing
-    longest = max(guitar.strings, key=lambda string: string.length)
-    places = geometric_places(longest, max(playing.frets, playing.hand_span_frets))
-    return Neck([string.note for string in guitar.strings], playing.frets, playing.hand_span_frets, places)
+    """The `Neck` of a ``Guitar``: from its capo on, with the frets of its scale on the longest string.
+
+    What the hand reaches does not depend on either: it is the way between frets in semitones on the whole string.
+    """
+    board, span = fingerboard(guitar), guitar.playing.hand_span_frets
+    longest = int(np.argmax([string.length for string in guitar.strings]))
+    first, last = guitar.strings[longest].length * (1.0 - cents_to_ratio(np.array([-100.0, -100.0 * span])))
+    places = board.ideal[longest]
+    if not board.frets:  # a hand stands at fret 1, whether or not there is one
+        places = np.append(places, board.guitar.strings[longest].length * (1.0 - cents_to_ratio(-100.0)))
+    return Neck(board.open_keys, board.frets, places, last - first)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ukrt.model.fingerboard import key_cents, repeat_keys
 from ukrt.playing.fingering import Note, find_fingering
 from ukrt.playing.grips import neck_of
 from ukrt.playing.rules import fold_table
@@ -66,7 +67,7 @@ def write_fingering(score, guitar):
     notes, neck = written_notes(score), neck_of(guitar)
     if why := _says_itself(score, notes, neck):
         return score, Summary("causal", why)
-    fold = fold_table(neck.open, neck.frets)
+    fold = fold_table(neck.open, neck.frets, repeat_keys(guitar.tuning), key_cents(guitar.tuning)[1])
     notes = [note for note in notes if fold[note.key] >= 0]
     searched = [Note(note.start_s, note.key_up_s, note.end_s, int(fold[note.key])) for note in notes]
     found = find_fingering(searched, neck)
