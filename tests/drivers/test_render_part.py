@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import smf
 import soundfile
-from exact_engine import ExactEngine, Guitar
+from exact_engine import EXACT, ExactEngine
 
 from ukrt.errors import MidiFileError, ParameterError
 from ukrt.render import render, render_file
@@ -26,7 +26,7 @@ def play(tmp_path):
     (tmp_path / "song.mid").write_bytes(SONG)
 
     def run(function=render, *args, **options):
-        options = {"preset": Guitar(), "fingering": "causal", "engine_factory": ExactEngine} | options
+        options = {"preset": EXACT, "fingering": "causal", "engine_factory": ExactEngine} | options
         return function(tmp_path / "song.mid", *args, **options)
 
     return run
