@@ -49,7 +49,7 @@ def forced_note(engine, string, fret, force, seconds):
     engine.reset()
     midi = fingerboard(engine.guitar).open_keys[string] + fret
     player_tick(engine._d, engine._i, 0)
-    start_note(engine._d, engine._i, string, 0, midi, float(force), 0, 1.0)
+    start_note(engine._d, engine._i, string, 0, fret, float(force), 0, 0)
     return after_release(engine, seconds)
 
 

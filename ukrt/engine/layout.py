@@ -54,8 +54,10 @@ STRING_D_SIZE = 256
     S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
     S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
     S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Z, S_IMPEDANCE, S_MATCH_1, S_MATCH_2, S_HUSH,
-) = range(26)  # fmt: skip
-# S_HUSH: loss [1/s] on top of the string's own while it is put to sleep, else 0
+    S_HAMMER, S_PULL_Y, S_PULL_Z,
+) = range(29)  # fmt: skip
+# S_HUSH: loss [1/s] on top of the string's own while it is put to sleep, else 0; S_HAMMER: speed [m/s] of the finger
+# that landed last; S_PULL_*: how far [m] the finger that is about to let go draws the string aside
 S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
 S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
 S_LAND_V = 56  # and the string's velocities there when the finger touched
@@ -70,8 +72,8 @@ STRING_I_SIZE = 32
     SI_TILE, SI_TILES, SI_END, SI_EXTRA, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH,
     SI_LAND_AT, SI_LAND_LENGTH, SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT,
     SI_TENSION_LENGTH, SI_CHANGED, SI_PORTS, SI_LIFT_AT, SI_LIFT_LENGTH, SI_SLEEP, SI_LOOKS, SI_FINGER_FROM,
-    SI_DAMPER_FROM,
-) = range(26)  # fmt: skip
+    SI_DAMPER_FROM, SI_TENSION_STRAIGHT,
+) = range(27)  # fmt: skip
 # SI_SLEEP: AWAKE, HUSHED since frame SI_LOOKS, or ASLEEP; SI_*_FROM: which of the preset's contacts is its first
 AWAKE, HUSHED, ASLEEP = range(3)
 
@@ -81,7 +83,7 @@ CONTACT_SIZE = 8
 C_OFFSET, C_A, C_B, C_G, C_DAMPER = range(5)
 
 PLAYER_D_SIZE = 32768
-PLAYER_I_SIZE = 131072
+PLAYER_I_SIZE = 147456
 
 _D, D_SIZE = _sections(
     0,

@@ -16,6 +16,8 @@ SEARCH_NODES = 1024  # partial assignments looked at for one chord before the be
 
 # Rules -------------------------------------------------------------------------------------------------------------
 PERCUSSION_CHANNEL = 9  # channel 10 in a musician's count
+PLACE_BRIDGE, PLACE_NECK = 0.97, 0.70  # share of L: sul ponticello, sul tasto at its utmost (estimates)
+LEAST_SHARE = 0.25  # of what sounds, that a pluck keeps from the finger (estimate)
 FINGERS = 4  # of the left hand that stop strings
 MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
 MAX_BEND_CENTS = 1200  # tension ratio 1/4 .. 4: an octave either way
@@ -54,21 +56,33 @@ I_BEND_RANGE = PLAYER_I + 11  # cents, before any RPN
 I_BEND_RAMP = PLAYER_I + 12
 I_BEND_SLOT = PLAYER_I + 13  # least frames between two tension gestures of a string
 I_LIFT_RAMP = PLAYER_I + 14  # frames in which a finger lets go
-I_REPEAT = PLAYER_I + 15  # keys after which the scale repeats, 12 where there is no other
-I_OPEN = PLAYER_I + 16  # key (MIDI note) of each open string
+I_SLIDE = PLAYER_I + 15  # frames of a slide, where no controller says
+I_VIBRATO_SLOT = PLAYER_I + 16  # frames between two tension gestures of a vibrato, a multiple of layout.CHUNK
+I_HAMMER = PLAYER_I + 17  # frames in which a hammering finger comes to rest
+I_REPEAT = PLAYER_I + 18  # keys after which the scale repeats, 12 where there is no other
+I_OPEN = PLAYER_I + 24  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 
 # Parameters (d) ----------------------------------------------------------------------------------------------------
 D_PLUCK_PLACE = PLAYER_D + 0
 D_PLUCK_ANGLE = PLAYER_D + 1
-D_FORCE = PLAYER_D + 8  # peak force [N] of each velocity
+D_HAMMER_SPEED = PLAYER_D + 2  # m/s at velocity 127
+D_PULL_FORCE = PLAYER_D + 3  # N at velocity 127
+D_PULL_ANGLE = PLAYER_D + 4
+D_VIBRATO_CENTS = PLAYER_D + 5  # largest deviation either way
+D_VIBRATO_STEP = PLAYER_D + 6  # radians in I_VIBRATO_SLOT frames
+D_FRAMES_OF_SLIDE = PLAYER_D + 8  # for each value of the controller
+D_FORCE = D_FRAMES_OF_SLIDE + 128  # peak force [N] of each velocity
 D_PLACES = D_FORCE + 128  # place [m] of each string and fret
-D_STATE = D_PLACES + MAX_STRINGS * FRET_ROW
+D_LENGTH = D_PLACES + MAX_STRINGS * FRET_ROW  # m
+D_STATE = D_LENGTH + ROW
 
 # State (d) ---------------------------------------------------------------------------------------------------------
 D_TENSION = D_STATE  # last tension ratio asked of each string
 D_BEND = D_TENSION + ROW  # tension ratio of each channel
-D_LOG_FORCE = D_BEND + CHANNELS
+D_PHASE = D_BEND + CHANNELS  # of each string's vibrato
+D_DEPTH = D_PHASE + ROW  # cents that it has now
+D_LOG_FORCE = D_DEPTH + ROW
 D_END = D_LOG_FORCE + LOG_CAPACITY
 
 # Counters (i) ------------------------------------------------------------------------------------------------------
@@ -94,6 +108,7 @@ COUNTER_NAMES = (
     "hand_shift_frets",
     "stretches",
     "forces_refused",
+    "notes_slurred",
 )
 (
     NOTES_ON,
@@ -117,6 +132,7 @@ COUNTER_NAMES = (
     HAND_SHIFT_FRETS,
     STRETCHES,
     FORCES_REFUSED,
+    NOTES_SLURRED,
 ) = range(len(COUNTER_NAMES))
 
 # State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
@@ -137,11 +153,15 @@ S_LIFT = I_STRING + 7 * ROW  # frame at which the finger lifts, -1
 S_UNDAMP = I_STRING + 8 * ROW  # frame at which the damper lifts, -1
 S_PRESS = I_STRING + 9 * ROW  # frame at which the finger on its way to S_FINGER lands, -1
 S_ORDER = I_STRING + 10 * ROW  # value of I_PLUCKS at its last pluck
-I_SAVED_SIZE = S_ORDER + ROW - I_TAKEN_BACK
+S_STAYS = I_STRING + 11 * ROW  # fret of the finger that S_PRESS's will replace or move, 0: none
+S_LANDING = I_STRING + 12 * ROW  # frames that S_PRESS's finger takes
+S_SPEED = I_STRING + 13 * ROW  # and its speed [um/s], 0: at rest
+S_PRESSURE = I_STRING + 14 * ROW  # polyphonic pressure of its note
+I_SAVED_SIZE = S_PRESSURE + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_ORDER + ROW
+I_SAVED = S_PRESSURE + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -153,7 +173,14 @@ C_RPN = I_CHANNEL + 2 * CHANNELS  # msb * 128 + lsb, RPN_NULL, or NRPN
 C_PEDAL = I_CHANNEL + 3 * CHANNELS
 C_STRING = I_CHANNEL + 4 * CHANNELS  # string that CC20 names for notes to come, 1 the highest; 0: free
 C_POSITION = I_CHANNEL + 5 * CHANNELS  # fret under the index finger that CC21 names for notes to come; 0: free
-I_OWED = I_CHANNEL + 6 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_LEGATO = I_CHANNEL + 6 * CHANNELS
+C_GLIDES = I_CHANNEL + 7 * CHANNELS  # portamento is on
+C_GLIDE_TIME = I_CHANNEL + 8 * CHANNELS  # 0 .. 127, -1: as the preset has it
+C_WHEEL = I_CHANNEL + 9 * CHANNELS  # vibrato asked for by the wheel
+C_PRESSURE = I_CHANNEL + 10 * CHANNELS  # and by the channel's pressure
+C_PLACE = I_CHANNEL + 11 * CHANNELS  # of the pluck, 64: as the preset has it
+C_ANGLE = I_CHANNEL + 12 * CHANNELS
+I_OWED = I_CHANNEL + 13 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 
@@ -162,7 +189,7 @@ I_GROUP = I_OWED + CHANNELS * 128
 G_FRAME = I_GROUP + 0
 G_COUNT = I_GROUP + 1
 G_VICTIMS = I_GROUP + 2
-GROUP_FIELDS = 9
+GROUP_FIELDS = 10
 I_GROUP_ROWS = I_GROUP + 8
 G_KEY = I_GROUP_ROWS + 0 * ROW
 G_CHANNEL = I_GROUP_ROWS + 1 * ROW
@@ -173,8 +200,9 @@ G_STRING = I_GROUP_ROWS + 5 * ROW  # string it was given, -1: none
 G_REPEAT = I_GROUP_ROWS + 6 * ROW  # string that still sounds the same key of the same channel, -1
 G_FORCED = I_GROUP_ROWS + 7 * ROW  # string it is to be played on, 1 the highest; 0: any
 G_POSITION = I_GROUP_ROWS + 8 * ROW  # fret under the index finger, 0: any
-V_SEQ = I_GROUP_ROWS + 9 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
-V_OWED = I_GROUP_ROWS + 11 * ROW  # index into I_OWED that went up by one for it, -1
+G_WAY = I_GROUP_ROWS + 9 * ROW  # how it is played, see WAY_NAMES
+V_SEQ = I_GROUP_ROWS + 10 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
+V_OWED = I_GROUP_ROWS + 12 * ROW  # index into I_OWED that went up by one for it, -1
 I_SEARCH = V_OWED + 2 * ROW
 
 # Scratch of the search (i) -------------------------------------------------------------------------------------------
@@ -189,7 +217,8 @@ X_LOW = X_SUM + ROW
 X_HIGH = X_LOW + ROW
 X_REST = X_HIGH + ROW
 X_PICK = X_REST + ROW
-X_FREED = X_PICK + ROW  # 1: the string's note is replaced by a repeat of itself
+X_FREED = X_PICK + ROW  # what becomes of the string's note
+KEPT, REPEATING, SLURRING = range(3)  # it stays, is replaced by a repeat of itself, may be slurred into another
 
 # Note log (i), a ring of LOG_CAPACITY --------------------------------------------------------------------------------
 I_LOG = X_FREED + ROW
@@ -200,10 +229,13 @@ L_CHANNEL = I_LOG + 3 * LOG_CAPACITY
 L_STRING = I_LOG + 4 * LOG_CAPACITY  # -1: none
 L_FRET = I_LOG + 5 * LOG_CAPACITY
 L_FATE = I_LOG + 6 * LOG_CAPACITY
-I_END = I_LOG + 7 * LOG_CAPACITY
+L_WAY = I_LOG + 7 * LOG_CAPACITY
+I_END = I_LOG + 8 * LOG_CAPACITY
 
-FATE_NAMES = ("played", "stolen", "repeated", "silenced", "dropped", "percussion")
-PLAYED, STOLEN, REPEATED, SILENCED, DROPPED, PERCUSSION = range(len(FATE_NAMES))
+FATE_NAMES = ("played", "stolen", "repeated", "silenced", "dropped", "percussion", "slurred")
+PLAYED, STOLEN, REPEATED, SILENCED, DROPPED, PERCUSSION, SLURRED = range(len(FATE_NAMES))
+WAY_NAMES = ("pluck", "hammer-on", "pull-off", "slide")
+PLUCKED, HAMMERED, PULLED, SLID = range(len(WAY_NAMES))
 
 if D_END - PLAYER_D > PLAYER_D_SIZE or I_END - PLAYER_I > PLAYER_I_SIZE:
     raise ImportError(f"the player needs {D_END - PLAYER_D} float64 and {I_END - PLAYER_I} int64, layout.py gives less")

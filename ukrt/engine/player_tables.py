@@ -6,6 +6,7 @@ and ``i``.
 
 import numpy as np
 
+from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.model.fingerboard import fingerboard, key_cents, repeat_keys
 from ukrt.playing.rules import (
@@ -15,8 +16,10 @@ from ukrt.playing.rules import (
     LIFT_TIME,
     QUICK_TIME,
     SETTLE_TIME,
+    VIBRATO_SLOT_TIME,
     fold_table,
     force_curve,
+    glide_times,
 )
 
 
@@ -51,6 +54,7 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_BEND_RANGE] = round(100 * guitar.playing.bend_range_semitones)
     i[at.I_BEND_RAMP] = _frames(BEND_RAMP_TIME, sample_rate)
     i[at.I_BEND_SLOT] = max(_frames(BEND_SLOT_TIME, sample_rate), -(-lead // 4))
+    _make_articulation(guitar.articulation, sample_rate, d, i)
     keys, repeat = board.open_keys, repeat_keys(guitar.tuning)
     i[at.I_REPEAT] = repeat
     i[at.I_OPEN : at.I_OPEN + at.ROW] = 0
@@ -63,6 +67,21 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     for s in range(len(keys)):
         row = at.D_PLACES + s * at.FRET_ROW
         d[row : row + places.shape[1]] = places[s]
+        d[at.D_LENGTH + s] = board.guitar.strings[s].length
+
+
+def _make_articulation(articulation, sample_rate, d, i):
+    """What the player must know of slurs, slides and vibrato."""
+    i[at.I_HAMMER] = _frames(articulation.hammer_time, sample_rate)
+    i[at.I_SLIDE] = _frames(articulation.slide_time, sample_rate)
+    chunks = _frames(VIBRATO_SLOT_TIME, sample_rate / layout.CHUNK)
+    i[at.I_VIBRATO_SLOT] = chunks * layout.CHUNK
+    d[at.D_HAMMER_SPEED] = articulation.hammer_speed
+    d[at.D_PULL_FORCE] = articulation.pull_force
+    d[at.D_PULL_ANGLE] = articulation.pull_angle
+    d[at.D_VIBRATO_CENTS] = articulation.vibrato_depth
+    d[at.D_VIBRATO_STEP] = 2.0 * np.pi * articulation.vibrato_rate * i[at.I_VIBRATO_SLOT] / sample_rate
+    d[at.D_FRAMES_OF_SLIDE : at.D_FRAMES_OF_SLIDE + 128] = np.round(glide_times() * sample_rate)
 
 
 def _frames(seconds, sample_rate):

@@ -189,6 +189,23 @@ class Keyboard(f.Checked):
 
 
 @dataclass(frozen=True)
+class Articulation(f.Checked):
+    """Slurs, slides and vibrato; speeds and forces hold at velocity 127 and go with the pluck's force below.
+
+    The defaults are estimates: hammer-ons come out 9 to 17 dB below a pluck of the same velocity, pull-offs 6 to 11.
+    """
+
+    hammer_speed: float = f.number("m/s", 0.0, 10.0, "speed of a finger that hammers on", 4.0)
+    hammer_time: float = f.number("s", 5e-4, 0.05, "time in which it comes to rest", 0.002)
+    pull_force: float = f.number("N", 0.0, 20.0, "force with which a finger pulls off", 6.0)
+    pull_angle: float = f.number("rad", -math.pi, math.pi, "its direction: as pluck.angle", 1.1)
+    slide_time: float = f.number("s", 0.005, 5.0, "time of a slide, unless CC 5 changes it", 0.1)
+    vibrato_depth: float = f.number("cents", 0.0, 100.0, "deviation either way at full wheel or pressure", 25.0)
+    # Laurson et al., ICMC 2000: the vibrato of a guitar is mostly at 5 to 6 Hz
+    vibrato_rate: float = f.number("Hz", 0.1, 12.0, "vibrato: swings in a second", 5.0)
+
+
+@dataclass(frozen=True)
 class Tuning(f.Checked):
     """What tensions and fret places are made from: see `fingerboard`."""
 
@@ -225,6 +242,7 @@ class Guitar(f.Checked):
     pluck: Pluck = f.part(Pluck, "the plucking finger")
     radiation: Radiation = f.part(Radiation, "from bridge force to sound")
     playing: Playing = f.part(Playing, "player and fingerboard")
+    articulation: Articulation = f.part(Articulation, "slurs, slides and vibrato", Articulation())
     tuning: Tuning = f.part(Tuning, "intonation", Tuning())
     basis: Basis = f.part(Basis, "modal basis", Basis())
 

@@ -11,6 +11,8 @@ LIFT_TIME = 0.003  # s in which a finger lets go of a string (estimate)
 QUICK_TIME = 0.002  # s for a damper that must go, or come, at once (estimate)
 BEND_RAMP_TIME = 0.005  # s over which the tension follows one bend message
 BEND_SLOT_TIME = 0.0025  # s: messages nearer than this are one bend
+VIBRATO_SLOT_TIME = 0.01  # s, about, between two points of a vibrato's curve: 20 in a period of 5 Hz
+SHORTEST_GLIDE, LONGEST_GLIDE = 0.03, 2.0  # s, of CC 5 (choices)
 SOFT_VELOCITY, STRONG_VELOCITY = 20, 127
 
 
@@ -30,6 +32,16 @@ def force_curve(pluck):
     force = pluck.force_soft * (pluck.force_strong / pluck.force_soft) ** steps
     force[0] = 0.0
     return force
+
+
+def glide_times():
+    """Time of a slide for each value of CC 5: even steps of ratio.
+
+    Returns
+    -------
+    ndarray (128,) [s]
+    """
+    return SHORTEST_GLIDE * (LONGEST_GLIDE / SHORTEST_GLIDE) ** (np.arange(128) / 127.0)
 
 
 def fold_table(open_keys, frets, repeat=12, plays=None):

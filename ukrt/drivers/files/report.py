@@ -36,7 +36,7 @@ def make_report(score, performance, meter, guitar, signal, gain_db, part):
         notes that cannot be put in tune), ``counters`` (the engine's, from the beginning of the whole), and ``notes``,
         those that begin in the part: a list of ``time_s`` (in the whole), ``release_frame`` (in output samples),
         ``midi``, ``channel``, ``string``, ``fret`` (from the capo), ``hz`` (its pitch without bend; None for a note
-        that got no string), ``force_n``, ``end_s`` (in the whole; None: not yet), ``fate``.
+        that got no string), ``force_n``, ``articulation``, ``end_s`` (in the whole; None: not yet), ``fate``.
     """
     engine, lead = performance.engine, performance.engine.lead_frames
     counters = {name: _plain(value) for name, value in engine.counters().items() if np.ndim(value) == 0}

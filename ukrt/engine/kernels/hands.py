@@ -1,4 +1,4 @@
-"""What hands begin to do to a string: pluck, press, lift, damp, slide, bend.
+"""What hands begin to do to a string: pluck, press, hammer, lift, pull off, damp, slide, bend.
 
 Enter gestures that are due; leave fingers, dampers and ramps under way, and notes of what is to be done about the
 string's ports before the next sample (ramps.py does it). Energy enters a string only as the work of the pluck, of a
@@ -15,6 +15,8 @@ from ukrt.engine.kernels.sleep import wake_for_hands
 from ukrt.engine.kernels.slide import begin_slide
 
 SHORTEST_PLUCK = 2  # samples: what the hat that averages the force can resolve
+MOST_SPEED = 20.0  # m/s of a finger that hammers, and
+MOST_PULL = 100.0  # N of one that pulls off: beyond any hand, so that no gesture asks for the absurd (choices)
 ONE_CONTACT = 3  # shedding level from which new fingers and dampers have one contact
 RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go: far stiffer than any string (choice)
 
@@ -47,8 +49,8 @@ def _contacts_to_set(d, i, table, count):
 
 
 @kernel
-def _press(d, i, s, place, frames):
-    """The stopping finger comes down, at rest."""
+def _press(d, i, s, place, frames, speed):
+    """The stopping finger comes down, at rest or with a speed [m/s] towards the soundboard."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     first, n_finger = _contacts_to_set(d, i, 0, i[at.H_FINGER])
     if i[own_i + at.SI_FINGER] > 0:
@@ -63,19 +65,43 @@ def _press(d, i, s, place, frames):
     i[own_i + at.SI_FINGER], i[own_i + at.SI_FINGER_FROM] = n_finger, first
     d[own + at.S_FINGER_PLACE] = place
     i[own_i + at.SI_LAND_AT], i[own_i + at.SI_LAND_LENGTH] = 0, max(frames, 1)
+    d[own + at.S_HAMMER] = min(max(speed, 0.0), MOST_SPEED)
     i[own_i + at.SI_MOVE_LENGTH] = 0
     i[own_i + at.SI_CHANGED] |= LANDED
 
 
 @kernel
 def catch_string(d, i, s):
-    """Once its contacts are ports: the finger's spring is let go from where the string is, and as fast as it moves."""
+    """Once its contacts are ports: the finger's spring is let go from where the string is, and as fast as it moves.
+
+    A finger that hammers has its own speed instead, towards the soundboard (Y).
+    """
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     for j in range(i[own_i + at.SI_FINGER]):
         for half in range(2):
             now, before = port_motion(d, i, s, j + 1, 4 * half)
             d[own + at.S_LAND_C + at.MAX_CONTACTS * half + j] = now
             d[own + at.S_LAND_V + at.MAX_CONTACTS * half + j] = now - before
+        if d[own + at.S_HAMMER] > 0.0:
+            d[own + at.S_LAND_V + j] = d[own + at.S_HAMMER] / d[at.METER + at.M_RATE]
+
+
+@kernel
+def _lift(d, i, s, frames, pull, angle):
+    """The stopping finger begins to leave: gently, or drawing the string aside as far as the force ``pull`` would."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    place, length = d[own + at.S_FINGER_PLACE], d[own + at.S_LENGTH]
+    tension = d[own + at.S_TENSION] * d[own + at.S_RATIO]
+    way = min(max(pull, 0.0), MOST_PULL) * place * (length - place) / (tension * length)
+    d[own + at.S_PULL_Y], d[own + at.S_PULL_Z] = way * math.cos(angle), way * math.sin(angle)
+    i[own_i + at.SI_LIFT_AT], i[own_i + at.SI_LIFT_LENGTH] = 0, frames
+
+
+@kernel
+def pulls(d, s):
+    """Whether the finger on string ``s`` that is about to leave draws it aside."""
+    own = at.STRING + s * at.STRING_D_SIZE
+    return d[own + at.S_PULL_Y] != 0.0 or d[own + at.S_PULL_Z] != 0.0
 
 
 @kernel
@@ -173,13 +199,14 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
     if kind == kinds.PLUCK:
         _pluck(d, i, s, p0, p1, p2, int(max(p3, 1.0)))
     elif kind == kinds.PRESS or kind == kinds.MOVE:
-        if i[own_i + at.SI_FINGER] > 0 and i[own_i + at.SI_LIFT_LENGTH] == 0:
+        hammers = kind == kinds.PRESS and p2 > 0.0
+        if i[own_i + at.SI_FINGER] > 0 and i[own_i + at.SI_LIFT_LENGTH] == 0 and not hammers:
             begin_slide(d, i, s, p0, frames)
         elif kind == kinds.PRESS and i[at.H_FINGER] > 0:
-            _press(d, i, s, p0, frames)
+            _press(d, i, s, p0, frames, p2)
     elif kind == kinds.LIFT:
         if i[own_i + at.SI_FINGER] > 0 and i[own_i + at.SI_LIFT_LENGTH] == 0:
-            i[own_i + at.SI_LIFT_AT], i[own_i + at.SI_LIFT_LENGTH] = 0, frames
+            _lift(d, i, s, frames, p2, p3)
     elif kind == kinds.DAMP:
         _damp(d, i, s, min(max(p0, 0.0), 1.0), frames)
     elif kind == kinds.UNDAMP:
@@ -187,5 +214,6 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
     elif kind == kinds.TENSION:
         d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO] = d[own + at.S_RATIO], min(max(p0, 0.25), 4.0)
         i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH] = 0, frames
+        i[own_i + at.SI_TENSION_STRAIGHT] = 1 if p2 > 0.0 else 0
     i[at.H_GESTURES_DONE] += 1
     i[at.H_BUSY] = 1

@@ -7,6 +7,7 @@ The rules are written down for musicians in ``ukrt/playing/README.md``. Any thre
 
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
+from ukrt.engine.controller_layout import PEDAL, RESET
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_chord import (
     add_to_chord,
@@ -15,11 +16,12 @@ from ukrt.engine.kernels.player_chord import (
     play_chord,
     recall_chord,
 )
-from ukrt.engine.kernels.player_controllers import PEDAL, RESET, clear_channel, control_change, follow_bend, sound_off
+from ukrt.engine.kernels.player_controllers import clear_channel, control_change, follow_bend, sound_off
+from ukrt.engine.kernels.player_expression import set_key_pressure
 from ukrt.engine.kernels.player_log import count, log_end, log_note
 from ukrt.engine.kernels.player_strings import ask, settle_string
 
-NOTE_OFF, NOTE_ON, CONTROL, BEND, SYSTEM = 0x80, 0x90, 0xB0, 0xE0, 0xF0
+NOTE_OFF, NOTE_ON, KEY_PRESSURE, CONTROL, PRESSURE, BEND, SYSTEM = 0x80, 0x90, 0xA0, 0xB0, 0xD0, 0xE0, 0xF0
 SYSTEM_RESET = 0xFF
 
 
@@ -144,6 +146,10 @@ def _channel_message(d, i, frame, kind, channel, data1, data2):
     elif kind == BEND:
         count(i, at.BENDS)
         i[at.C_BEND + channel] = data2 * 128 + data1 - 8192
+    elif kind == PRESSURE:
+        i[at.C_PRESSURE + channel] = data1
+    elif kind == KEY_PRESSURE:
+        set_key_pressure(i, channel, data1, data2)
     else:
         count(i, at.MESSAGES_IGNORED)
     if kind == CONTROL or kind == BEND:

@@ -17,7 +17,7 @@ from ukrt.engine.kernels.player_log import count
 def _string_cost(i, s, youth):
     """Points for taking string ``s``, whatever is played on it."""
     state = i[at.S_STATE + s]
-    if i[at.X_FREED + s] == 1:
+    if i[at.X_FREED + s] == at.REPEATING:
         return 0
     if state == at.HELD:
         return at.COST_STEAL_HELD + youth * at.COST_YOUTH
@@ -67,7 +67,7 @@ def fill_costs(i):
             if 0 <= fret <= i[at.I_FRETS]:
                 cost = points + at.COST_FRET * fret + _force_cost(i, note, s, fret)
                 if i[at.G_REPEAT + note] == s:
-                    cost -= at.BONUS_REPEAT
+                    cost -= at.BONUS_REPEAT + (points if i[at.X_FREED + s] == at.SLURRING else 0)
                 elif i[at.S_PITCH + s] == i[at.G_PITCH + note]:
                     cost -= at.BONUS_SAME
             i[at.X_COST + note * at.ROW + s] = cost

@@ -6,24 +6,25 @@ withdrawn and the state before the chord is brought back (``recall_chord``), the
 decided again (``play_chord``). So notes of one frame may come in any order.
 """
 
-from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
 from ukrt.engine.kernels.player_hand import hand_follow, place_hand
 from ukrt.engine.kernels.player_log import count, log_end, log_place
+from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note, way_of
 from ukrt.engine.kernels.player_strings import damp_string, restore_ending, set_tension, start_note, withdraw_note
 from ukrt.engine.kernels.timeline import timeline_cancel
 
 
 @kernel
 def chord_open(d, i, frame):
-    """Whether a chord has begun at ``frame`` and can be decided anew; its first pluck is withdrawn to find out."""
+    """Whether a chord has begun at ``frame`` and can be decided anew; its first note is withdrawn to find out."""
     if i[at.G_COUNT] == 0 or i[at.G_FRAME] != frame:
         return False
     for note in range(i[at.G_COUNT]):
         if i[at.G_STRING + note] >= 0:
-            return timeline_cancel(d, i, i[at.G_STRING + note], do.PLUCK, frame) > 0
+            kind = first_gesture(i[at.G_WAY + note])
+            return timeline_cancel(d, i, i[at.G_STRING + note], kind, frame) > 0
     return True
 
 
@@ -40,7 +41,7 @@ def _recall_string(d, i, s, frame):
     restore_ending(d, i, s, frame)
     sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
     ratio = d[at.D_BEND + i[at.S_CHANNEL + s]] if sounding else 1.0
-    set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
+    set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP], 0.0)
 
 
 @kernel
@@ -87,13 +88,16 @@ def _victim(i, seq, frame, fate, owed):
 
 
 @kernel
-def _end_former(i, s, frame):
-    """The note that sounds on string ``s``, if any, gives way to a new one (or to its own repetition)."""
+def _end_former(i, s, frame, way):
+    """The note that sounds on string ``s``, if any, gives way to a new one, or to its own repetition, or is slurred."""
     state = i[at.S_STATE + s]
     if state != at.HELD and state != at.PEDALLED:
         return
     owed = _owe(i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) if state == at.HELD else -1
-    if i[at.X_FREED + s] == 1:
+    if way != at.PLUCKED:
+        count(i, at.NOTES_SLURRED)
+        _victim(i, i[at.S_SEQ + s], frame, at.SLURRED, owed)
+    elif i[at.X_FREED + s] == at.REPEATING:
         count(i, at.NOTES_REPEATED)
         _victim(i, i[at.S_SEQ + s], frame, at.REPEATED, owed)
     else:
@@ -105,16 +109,16 @@ def _end_former(i, s, frame):
 def _find_repeats(i):
     """G_REPEAT and X_FREED: notes of the chord that repeat, on their channel, a key that still sounds."""
     for s in range(i[at.I_STRINGS]):
-        i[at.X_FREED + s] = 0
+        i[at.X_FREED + s] = at.KEPT
     for note in range(i[at.G_COUNT]):
         i[at.G_REPEAT + note] = -1
         for s in range(i[at.I_STRINGS]):
             state = i[at.S_STATE + s]
             sounding = state == at.HELD or state == at.PEDALLED
             same = i[at.S_KEY + s] == i[at.G_KEY + note] and i[at.S_CHANNEL + s] == i[at.G_CHANNEL + note]
-            if sounding and same and i[at.X_FREED + s] == 0 and i[at.G_REPEAT + note] < 0:
+            if sounding and same and i[at.X_FREED + s] == at.KEPT and i[at.G_REPEAT + note] < 0:
                 i[at.G_REPEAT + note] = s
-                i[at.X_FREED + s] = 1
+                i[at.X_FREED + s] = at.REPEATING
 
 
 @kernel
@@ -132,13 +136,18 @@ def _sound(d, i, note, frame):
     """Play a note of the chord on the string it was given."""
     s, seq = i[at.G_STRING + note], i[at.G_SEQ + note]
     channel, pitch = i[at.G_CHANNEL + note], i[at.G_PITCH + note]
-    _end_former(i, s, frame)
+    fret, way = pitch - i[at.I_OPEN + s], way_of(i, note, s)
+    i[at.G_WAY + note] = way
+    _end_former(i, s, frame, way)
     force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
-    start_note(d, i, s, frame, pitch, force, seq, d[at.D_BEND + channel])
+    if way == at.PLUCKED:
+        start_note(d, i, s, frame, fret, force, seq, channel)
+    else:
+        slur_note(d, i, s, frame, fret, force, channel, way)
     i[at.S_STATE + s] = at.HELD
     i[at.S_CHANNEL + s], i[at.S_KEY + s], i[at.S_PITCH + s] = channel, i[at.G_KEY + note], pitch
     i[at.S_SEQ + s] = seq
-    log_place(i, seq, s, pitch - i[at.I_OPEN + s])
+    log_place(i, seq, s, fret, way)
     log_end(i, seq, -1, at.PLAYED)
     count(i, at.NOTES_PLAYED)
     if i[at.G_OFF + note] == 1:
@@ -148,7 +157,7 @@ def _sound(d, i, note, frame):
 @kernel
 def _drop(i, note, frame):
     """No string is left for a note of the chord."""
-    log_place(i, i[at.G_SEQ + note], -1, -1)
+    log_place(i, i[at.G_SEQ + note], -1, -1, at.PLUCKED)
     log_end(i, i[at.G_SEQ + note], frame, at.DROPPED)
     count(i, at.NOTES_DROPPED)
     if i[at.G_OFF + note] == 0:
@@ -165,6 +174,7 @@ def play_chord(d, i, frame):
     for k in range(at.I_SAVED_SIZE):
         i[at.I_SAVED + k] = i[at.I_TAKEN_BACK + k]
     _find_repeats(i)
+    find_slurs(i)
     hand = i[at.I_HAND]
     place_hand(i)
     choose_strings(i)
@@ -175,8 +185,8 @@ def play_chord(d, i, frame):
     count(i, at.HAND_SHIFTS, min(way, 1))
     count(i, at.HAND_SHIFT_FRETS, way)
     for s in range(i[at.I_STRINGS]):
-        if i[at.X_FREED + s] == 1 and i[at.X_TAKER + s] < 0:
-            _end_former(i, s, frame)
+        if i[at.X_FREED + s] == at.REPEATING and i[at.X_TAKER + s] < 0:
+            _end_former(i, s, frame, at.PLUCKED)
             damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
     for note in range(i[at.G_COUNT]):
         if i[at.G_STRING + note] < 0:

@@ -1,20 +1,16 @@
 """Channel messages that are not notes: pitch bend with its range (RPN 0), the pedal, the string and the position that
-notes to come are given, and the ways to end all notes.
+notes to come are given, and the ways to end all notes. How notes are played is player_expression.py's.
 
 Whatever is neither played nor followed is counted. The percussion channel's controllers are counted and ignored.
 """
 
+from ukrt.engine import controller_layout as cc
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_chord import close_chord, end_note
+from ukrt.engine.kernels.player_expression import clear_expression, reset_expression, set_expression
 from ukrt.engine.kernels.player_log import count, log_end
 from ukrt.engine.kernels.player_strings import bend_string, damp_string
-
-PEDAL_AT = 64  # CC64 from here on is down
-STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
-DATA_MSB, DATA_LSB, PEDAL, INCREMENT, DECREMENT = 6, 38, 64, 96, 97
-NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 98, 99, 100, 101
-SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
 
 
 @kernel
@@ -46,23 +42,23 @@ def _data_entry(i, channel, controller, value):
         count(i, at.RPN_IGNORED)
         return
     cents = bend_range(i, channel)
-    if controller == DATA_MSB:
+    if controller == cc.DATA_MSB:
         cents = value * 100 + cents % 100
-    elif controller == DATA_LSB:
+    elif controller == cc.DATA_LSB:
         cents = cents - cents % 100 + min(value, 99)
     else:
-        cents += 1 if controller == INCREMENT else -1
+        cents += 1 if controller == cc.INCREMENT else -1
     i[at.C_RANGE + channel] = max(0, min(at.MAX_RANGE_CENTS, cents))
 
 
 @kernel
 def _choose_rpn(i, channel, controller, value):
     """CC98 to 101: which parameter data entry is about."""
-    if controller == NRPN_LSB or controller == NRPN_MSB:
+    if controller == cc.NRPN_LSB or controller == cc.NRPN_MSB:
         i[at.C_RPN + channel] = at.NRPN
         return
     rpn = i[at.C_RPN + channel] if i[at.C_RPN + channel] != at.NRPN else at.RPN_NULL
-    if controller == RPN_MSB:
+    if controller == cc.RPN_MSB:
         i[at.C_RPN + channel] = value * 128 + rpn % 128
     else:
         i[at.C_RPN + channel] = rpn - rpn % 128 + value
@@ -72,7 +68,7 @@ def _choose_rpn(i, channel, controller, value):
 def _force(i, channel, controller, value):
     """CC20, 21: the string (1 the highest) or the hand's position for the channel's notes to come; 0 lets them free."""
     row, most = at.C_STRING, at.MOST_STRING_NUMBER
-    if controller == POSITION:
+    if controller == cc.POSITION:
         row, most = at.C_POSITION, i[at.I_FRETS]
     if value <= most:
         i[row + channel] = value
@@ -122,22 +118,23 @@ def sound_off(d, i, frame, channel):
 @kernel
 def control_change(d, i, frame, channel, controller, value):
     """One controller message, but for what bends do (``follow_bend`` comes after every one)."""
-    if controller == PEDAL or controller == RESET:
-        set_pedal(d, i, frame, channel, 1 if value >= PEDAL_AT and controller == PEDAL else 0)
-    if controller == RESET:  # the bend range stays (MIDI recommended practice RP-015)
+    if controller == cc.PEDAL or controller == cc.RESET:
+        set_pedal(d, i, frame, channel, 1 if value >= cc.DOWN and controller == cc.PEDAL else 0)
+    if controller == cc.RESET:  # the bend range stays (MIDI recommended practice RP-015)
         i[at.C_RPN + channel], i[at.C_BEND + channel] = at.RPN_NULL, 0
         i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
-    elif controller == STRING or controller == POSITION:
+        reset_expression(i, channel)
+    elif controller == cc.STRING or controller == cc.POSITION:
         _force(i, channel, controller, value)
-    elif controller in (DATA_MSB, DATA_LSB, INCREMENT, DECREMENT):
+    elif controller in (cc.DATA_MSB, cc.DATA_LSB, cc.INCREMENT, cc.DECREMENT):
         _data_entry(i, channel, controller, value)
-    elif NRPN_LSB <= controller <= RPN_MSB:
+    elif cc.NRPN_LSB <= controller <= cc.RPN_MSB:
         _choose_rpn(i, channel, controller, value)
-    elif controller == SOUND_OFF:
+    elif controller == cc.SOUND_OFF:
         sound_off(d, i, frame, channel)
-    elif controller >= NOTES_OFF:
+    elif controller >= cc.NOTES_OFF:
         notes_off(d, i, frame, channel)
-    elif controller != PEDAL:
+    elif controller != cc.PEDAL and not set_expression(i, channel, controller, value):
         count(i, at.CONTROLLERS_IGNORED)
 
 
@@ -149,5 +146,6 @@ def clear_channel(d, i, channel):
     i[at.C_RPN + channel] = at.RPN_NULL
     i[at.C_PEDAL + channel] = 0
     i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
+    clear_expression(i, channel)
     d[at.D_BEND + channel] = 1.0
     _forget_owed(i, channel)

@@ -57,7 +57,7 @@ def choice_strain(i):
         note = i[at.X_TAKER + s]
         if note >= 0:
             fret = i[at.G_PITCH + note] - i[at.I_OPEN + s]
-        elif i[at.X_FREED + s] == 0:
+        elif i[at.X_FREED + s] != at.REPEATING:
             fret = stops(i, s)
         else:
             fret = 0
@@ -81,7 +81,7 @@ def _sounds(i, s):
     if note >= 0:
         return i[at.G_PITCH + note]
     held = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
-    return i[at.S_PITCH + s] if held and i[at.X_FREED + s] == 0 else -1
+    return i[at.S_PITCH + s] if held and i[at.X_FREED + s] != at.REPEATING else -1
 
 
 @kernel

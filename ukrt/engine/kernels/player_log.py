@@ -28,6 +28,7 @@ def log_note(d, i, frame, channel, key, force):
     i[at.L_STRING + row] = -1
     i[at.L_FRET + row] = -1
     i[at.L_FATE + row] = at.PLAYED
+    i[at.L_WAY + row] = at.PLUCKED
     d[at.D_LOG_FORCE + row] = force
     return seq
 
@@ -39,11 +40,12 @@ def log_kept(i, seq):
 
 
 @kernel
-def log_place(i, seq, s, fret):
-    """Say which string and fret a note got (-1, -1: none)."""
+def log_place(i, seq, s, fret, way):
+    """Say which string and fret a note got (-1, -1: none), and how it is played."""
     if log_kept(i, seq):
         i[at.L_STRING + seq % at.LOG_CAPACITY] = s
         i[at.L_FRET + seq % at.LOG_CAPACITY] = fret
+        i[at.L_WAY + seq % at.LOG_CAPACITY] = way
 
 
 @kernel

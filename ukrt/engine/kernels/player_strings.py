@@ -7,15 +7,22 @@ it learns by cancelling it: a gesture that can no longer be cancelled has happen
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_expression import pluck_angle, pluck_place
 from ukrt.engine.kernels.player_log import count
 from ukrt.engine.kernels.timeline import timeline_add, timeline_cancel
 
 
 @kernel
-def ask(d, i, frame, kind, s, p0, p1):
+def ask_fully(d, i, frame, kind, s, p0, p1, p2, p3, p4):
     """Put a gesture on the timeline; a refusal (the timeline is full) is counted."""
-    if timeline_add(d, i, frame, kind, s, float(p0), float(p1), 0.0, 0.0, 0.0) == 0:
+    if timeline_add(d, i, frame, kind, s, p0, p1, p2, p3, p4) == 0:
         count(i, at.GESTURES_REFUSED)
+
+
+@kernel
+def ask(d, i, frame, kind, s, p0, p1):
+    """A gesture of which nothing more need be said."""
+    ask_fully(d, i, frame, kind, s, float(p0), float(p1), 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -37,11 +44,11 @@ def _cancel_ending(d, i, s, frame):
 
 
 @kernel
-def set_tension(d, i, s, frame, ratio, ramp):
+def set_tension(d, i, s, frame, ratio, ramp, straight):
     """Bring the tension of a string to ``ratio`` at ``frame``, in place of anything asked for that time or later."""
     waiting = timeline_cancel(d, i, s, do.TENSION, frame)
     if waiting > 0 or d[at.D_TENSION + s] != ratio:
-        ask(d, i, frame, do.TENSION, s, ratio, ramp)
+        ask_fully(d, i, frame, do.TENSION, s, ratio, float(ramp), straight, 0.0, 0.0)
         count(i, at.TENSION_GESTURES)
         d[at.D_TENSION + s] = ratio
         i[at.S_TENSION_FRAME + s] = frame
@@ -49,46 +56,71 @@ def set_tension(d, i, s, frame, ratio, ramp):
 
 @kernel
 def bend_string(d, i, s, frame, ratio):
-    """Follow a pitch bend on a sounding string: one gesture per slot of time at most, the latest target wins."""
-    if d[at.D_TENSION + s] == ratio:
+    """Follow a pitch bend on a sounding string: one gesture per slot of time at most, the latest target wins.
+
+    A string in vibrato follows with the vibrato's next gesture.
+    """
+    if d[at.D_TENSION + s] == ratio or d[at.D_DEPTH + s] > 0.0:
         return
     time = frame + i[at.I_LEAD]
     last = i[at.S_TENSION_FRAME + s]
     if time - last < i[at.I_BEND_SLOT]:
         time = last if last > frame else last + i[at.I_BEND_SLOT]
-    set_tension(d, i, s, time, ratio, i[at.I_BEND_RAMP])
+    set_tension(d, i, s, time, ratio, i[at.I_BEND_RAMP], 0.0)
 
 
 @kernel
-def _press(d, i, s):
-    """Ask for the finger to land at its fret, when the string's S_PRESS says."""
+def press_string(d, i, s):
+    """Ask for the finger to come to its fret, when and how the string's S_PRESS, S_LANDING and S_SPEED say."""
     place = d[at.D_PLACES + s * at.FRET_ROW + i[at.S_FINGER + s]]
-    ask(d, i, i[at.S_PRESS + s], do.PRESS, s, place, i[at.I_LANDING])
+    landing, speed = float(i[at.S_LANDING + s]), 1e-6 * i[at.S_SPEED + s]
+    ask_fully(d, i, i[at.S_PRESS + s], do.PRESS, s, place, landing, speed, 0.0, 0.0)
 
 
 @kernel
-def start_note(d, i, s, frame, pitch, force, seq, ratio):
-    """Damper off, finger to its fret (or off), tension as the channel's bend has it, and the pluck that begins now."""
-    fret = pitch - i[at.I_OPEN + s]
+def free_string(d, i, s, frame):
+    """The damper off a string that is to sound, what is left of its damping cancelled.
+
+    Returns
+    -------
+    finger, delay : int
+        The fret of the finger that is on the string (0: none), and frames until one that was on its way to another
+        fret has left; it does not land any more.
+    """
     if _cancel_ending(d, i, s, frame) > 0:
         ask(d, i, frame, do.UNDAMP, s, 0.0, i[at.I_QUICK_RAMP])
     i[at.S_DAMP + s] = -1
-    finger, landing = i[at.S_FINGER + s], 0
-    if timeline_cancel(d, i, s, do.PRESS, frame) > 0:  # it was still in the air, on its way from another fret
-        finger, landing = 0, i[at.I_LIFT_RAMP]
+    if timeline_cancel(d, i, s, do.PRESS, frame) == 0:
+        return i[at.S_FINGER + s], 0
+    stays = i[at.S_STAYS + s]
+    return stays, (0 if stays > 0 else i[at.I_LIFT_RAMP])
+
+
+@kernel
+def mark_begun(i, s):
+    """A note has begun on string ``s``, after all others."""
+    i[at.S_PRESSURE + s] = 0
+    i[at.I_PLUCKS] += 1
+    i[at.S_ORDER + s] = i[at.I_PLUCKS]
+
+
+@kernel
+def start_note(d, i, s, frame, fret, force, seq, channel):
+    """Damper off, finger to its fret (or off), tension as the channel's bend has it, and the pluck that begins now."""
+    finger, landing = free_string(d, i, s, frame)
     if finger > 0 and finger != fret:
         ask(d, i, frame, do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
         landing = i[at.I_LIFT_RAMP]
     i[at.S_FINGER + s] = fret
     if fret > 0 and finger != fret:
-        i[at.S_PRESS + s] = frame + landing
-        _press(d, i, s)
-    set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP])
-    ramp = float(i[at.I_LEAD])
-    if timeline_add(d, i, frame, do.PLUCK, s, d[at.D_PLUCK_PLACE], force, d[at.D_PLUCK_ANGLE], ramp, float(seq)) == 0:
-        count(i, at.GESTURES_REFUSED)
-    i[at.I_PLUCKS] += 1
-    i[at.S_ORDER + s] = i[at.I_PLUCKS]
+        i[at.S_PRESS + s], i[at.S_LANDING + s] = frame + landing, i[at.I_LANDING]
+        i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
+        press_string(d, i, s)
+    set_tension(d, i, s, frame, d[at.D_BEND + channel], i[at.I_BEND_RAMP], 0.0)
+    place, angle = pluck_place(d, i, s, fret, channel), pluck_angle(d, i, channel)
+    ask_fully(d, i, frame, do.PLUCK, s, place, force, angle, float(i[at.I_LEAD]), float(seq))
+    d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
+    mark_begun(i, s)
 
 
 @kernel
@@ -104,7 +136,7 @@ def restore_ending(d, i, s, frame):
     if i[at.S_DAMP + s] >= frame:
         ask(d, i, i[at.S_DAMP + s], do.DAMP, s, 1.0, i[at.I_DAMP_RAMP])
     if i[at.S_PRESS + s] >= frame and i[at.S_FINGER + s] > 0:
-        _press(d, i, s)
+        press_string(d, i, s)
     if i[at.S_LIFT + s] >= frame:
         ask(d, i, i[at.S_LIFT + s], do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
     if i[at.S_UNDAMP + s] >= frame:
@@ -127,7 +159,7 @@ def damp_string(d, i, s, now, frame, ramp):
     if i[at.I_DAMPED_IDLE] == 0:
         i[at.S_UNDAMP + s] = lifting + i[at.I_GAP]
         ask(d, i, i[at.S_UNDAMP + s], do.UNDAMP, s, 0.0, i[at.I_UNDAMP_RAMP])
-    set_tension(d, i, s, lifting, 1.0, i[at.I_BEND_RAMP])
+    set_tension(d, i, s, lifting, 1.0, i[at.I_BEND_RAMP], 0.0)
 
 
 @kernel

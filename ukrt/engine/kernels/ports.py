@@ -10,6 +10,7 @@ from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.linalg import ROW, cholesky, solve_lower, solve_upper
 from ukrt.engine.kernels.residual import rebuild_residual, remember_residual
+from ukrt.engine.kernels.residual_kept import keep_modes, remember_modes
 
 _M = at.SCRATCH + 512
 _UNIT = at.SCRATCH + 640
@@ -152,7 +153,9 @@ def refit_string(d, i, s):
         for k in range(4 * n_new, 4 * at.COLUMNS):
             d[at.COEF + tile * at.COEF_TILE + at.COEF_COLUMNS + k] = 0.0
     set_columns(d, i, s, 1, n_new)
+    remember_modes(d, i, s)
     n_pseudo = rebuild_residual(d, i, s, n_old, n_new)
+    keep_modes(d, i, s, n_old, n_new)
     spare = 1 if n_pseudo <= at.TILE else 0  # the second tile of pseudo-modes is empty
     i[own_i + at.SI_END] = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - spare
     i[own_i + at.SI_EXTRA] = n_new - 1

@@ -12,6 +12,7 @@ from ukrt.engine.kernels.convolve import convolve_chunk, convolver_reset
 from ukrt.engine.kernels.hands import perform
 from ukrt.engine.kernels.jit import inlined, kernel
 from ukrt.engine.kernels.player import player_tick
+from ukrt.engine.kernels.player_vibrato import follow_vibrato
 from ukrt.engine.kernels.ports import sum_string
 from ukrt.engine.kernels.shed import tend_shed
 from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
@@ -22,6 +23,7 @@ def begin_chunk(d, i, now):
     """What is due at ``now``, after the messages: housekeeping at its times, then gestures."""
     if now % at.CHUNK == 0:
         player_tick(d, i, now)
+        follow_vibrato(d, i, now)
         tend_shed(d, i, now)
     perform_due(d, i, now)
 

@@ -12,6 +12,7 @@ from ukrt.engine.kernels.hands import (
     catch_string,
     follow_string,
     move_row,
+    pulls,
     remove_finger,
     set_damper,
     set_grip,
@@ -69,9 +70,22 @@ def _follow_lift(d, i, s):
     now, length = i[own_i + at.SI_LIFT_AT], i[own_i + at.SI_LIFT_LENGTH]
     if now >= length:
         remove_finger(d, i, s)
-    elif now % LIFT_EVERY == 0:
+    elif now % LIFT_EVERY == 0 and not pulls(d, s):
         set_grip(d, i, s, LEAST_GRIP ** (now / length))
         i[own_i + at.SI_CHANGED] |= RESISTANCE_CHANGED
+
+
+@kernel
+def _follow_pull(d, i, s):
+    """The offset of a finger that draws the string aside before it lets go, on top of a landing's."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    share = _smooth(i[own_i + at.SI_LIFT_AT] / i[own_i + at.SI_LIFT_LENGTH])
+    for j in range(i[own_i + at.SI_FINGER]):
+        row = (j + 1) * at.LANES + s
+        if i[own_i + at.SI_LAND_LENGTH] == 0:
+            d[at.LAND_Y + row] = d[at.LAND_Z + row] = 0.0
+        d[at.LAND_Y + row] += share * d[own + at.S_PULL_Y]
+        d[at.LAND_Z + row] += share * d[own + at.S_PULL_Z]
 
 
 @kernel
@@ -103,7 +117,8 @@ def _follow_tension(d, i, s):
     if now < length and now % BEND_EVERY != 0:
         return
     start, end = d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO]
-    d[own + at.S_RATIO] = start + (end - start) * _smooth(min(now / length, 1.0))
+    share = min(now / length, 1.0)
+    d[own + at.S_RATIO] = start + (end - start) * (share if i[own_i + at.SI_TENSION_STRAIGHT] == 1 else _smooth(share))
     tune_string(d, i, s)
     i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
     if now >= length:
@@ -158,6 +173,8 @@ def begin_sample(d, i):
             _settle_changes(d, i, s)
         if i[own_i + at.SI_LAND_LENGTH] > 0:
             _follow_landing(d, i, s)
+        if i[own_i + at.SI_LIFT_LENGTH] > 0 and pulls(d, s):
+            _follow_pull(d, i, s)
         if i[own_i + at.SI_PLUCK] == 1:
             share = pluck_force(i[own_i + at.SI_PLUCK_AT], i[own_i + at.SI_PLUCK_LENGTH])
             _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])

@@ -41,6 +41,7 @@ def carry_hands(d0, i0, d1, i1, s, pace, longer, spread):
     for k in (at.S_RATIO_FROM, at.S_RATIO_TO, at.S_DAMP_LEVEL, at.S_DAMP_FROM, at.S_DAMP_TO):
         d1[own + k] = d0[own + k]
     _carry_ramp(i0, i1, own_i + at.SI_TENSION_AT, pace)
+    i1[own_i + at.SI_TENSION_STRAIGHT] = i0[own_i + at.SI_TENSION_STRAIGHT]
     _carry_finger(d0, i0, d1, i1, s, pace)
     _carry_damper(d0, i0, d1, i1, s, pace)
     _carry_pluck(d0, i0, d1, i1, s, pace, longer, spread)

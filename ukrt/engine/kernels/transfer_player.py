@@ -34,6 +34,7 @@ def transfer_player(d0, i0, d1, i1, now, pace):
             for row in (at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TENSION_FRAME):
                 if i1[row + s] >= 0:
                     i1[row + s] = max(0, now + scaled_frames(i1[row + s] - now, pace))
+            i1[at.S_LANDING + s] = scaled_frames(i1[at.S_LANDING + s], pace)
     for s in range(strings1, strings0):
         _give_up_string(d1, i1, s, now)
     _carry_gestures(d0, i0, d1, i1, now, pace)
@@ -64,9 +65,12 @@ def _give_up_string(d, i, s, now):
         log_end(i, i[at.S_SEQ + s], now, at.SILENCED)
     for row in (at.S_STATE, at.S_CHANNEL, at.S_KEY, at.S_FINGER, at.S_ORDER, at.S_TENSION_FRAME):
         i[row + s] = 0
+    for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE):
+        i[row + s] = 0
     for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS):
         i[row + s] = -1
     d[at.D_TENSION + s] = 1.0
+    d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
 
 
 @kernel

@@ -1,0 +1,80 @@
+"""The messages that say how notes are played: their numbers, which compiled code uses, and what they mean, in words.
+
+``CONTROLLERS`` is the table of ``ukrt/playing/README.md``; a test holds the two together.
+"""
+
+WHEEL, GLIDE_TIME, DATA_MSB, DATA_LSB = 1, 5, 6, 38
+ANGLE = 16  # a general purpose controller
+STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
+PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
+INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
+SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
+DOWN = 64  # a switch or a pedal is on from here
+MIDDLE = 64  # of a controller that goes both ways
+
+# What is sent, what it means
+CONTROLLERS = (
+    (
+        "pitch bend",
+        "tension of the channel's sounding strings; a new note starts with it; at most an octave either way "
+        "(`bends_limited`)",
+    ),
+    (
+        f"RPN 0 (CC {RPN_MSB}, {RPN_LSB} = 0, 0) with CC {DATA_MSB}, {DATA_LSB}, {INCREMENT}, {DECREMENT}",
+        "bend range in semitones, cents, one cent up, one cent down; at most 24 semitones; "
+        "`playing.bend_range_semitones` before that",
+    ),
+    ("other RPNs, NRPNs", "nothing; their data entries are counted (`rpn_ignored`)"),
+    (
+        f"CC {WHEEL}, channel pressure, key pressure",
+        "vibrato of the channel's strings, or of the key's; the largest of the three counts, 127 is "
+        "`articulation.vibrato_depth`",
+    ),
+    (
+        f"CC {LEGATO} legato ({DOWN} and above is on)",
+        "a note that begins while another of the channel is held is slurred, where the hand reaches it on that string",
+    ),
+    (
+        f"CC {GLIDE} portamento ({DOWN} and above is on)",
+        "such a note is slid to, from a stopped note to a stopped note",
+    ),
+    (f"CC {GLIDE_TIME}", "time of a slide, 0.03 to 2 s; `articulation.slide_time` before that"),
+    (
+        f"CC {PLACE} brightness",
+        f"where notes to come are plucked: {MIDDLE} as the preset has it, less towards the neck, more towards the "
+        "bridge",
+    ),
+    (
+        f"CC {ANGLE}",
+        f"direction of plucks to come: {MIDDLE} as the preset has it, 0 parallel to the soundboard, 127 towards it "
+        "(rest stroke)",
+    ),
+    (
+        f"CC {STRING}",
+        "the string for the channel's notes to come: 1 the highest to 12, 0: free; more is ignored and counted",
+    ),
+    (
+        f"CC {POSITION}",
+        "the fret under the index finger for the channel's notes to come, 0: free; beyond the last fret it is ignored "
+        "and counted. Open strings stay within reach",
+    ),
+    (f"CC {PEDAL} ({DOWN} and above is down)", "notes ring on after their keys come up"),
+    (
+        f"CC {SOUND_OFF} all sound off",
+        "the channel's strings, and strings that sound without a note of their own, are damped at once; fate "
+        "`silenced`",
+    ),
+    (
+        f"CC {RESET} reset controllers",
+        "pedal up, bend to the middle, no RPN chosen, string and position free, no vibrato, legato and portamento off; "
+        f"the bend range, CC {GLIDE_TIME}, {ANGLE} and {PLACE} stay",
+    ),
+    (f"CC {NOTES_OFF} all notes off, 124 to 127", "every key of the channel comes up; the pedal still holds"),
+    ("system reset (FF)", "all channels: as CC 120, then as at power-up"),
+)
+
+
+def controller_table():
+    """The table as Markdown lines, without a line end after the last."""
+    rows = [("message", "meaning"), ("---", "---"), *CONTROLLERS]
+    return "\n".join(f"| {message} | {meaning} |" for message, meaning in rows).replace("| --- | --- |", "|---|---|")

@@ -1,0 +1,99 @@
+"""Slurs: a note that begins while another of its channel sounds goes on, on that string, without the right hand.
+
+Enter a chord's notes and what the strings are doing; leave which string a note can be slurred on and how (hammer-on,
+pull-off, slide), and its gestures. All of them come LEAD frames after the note-on, as the release of a pluck does.
+"""
+
+from ukrt.engine import gestures as do
+from ukrt.engine import player_layout as at
+from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_expression import glide_frames
+from ukrt.engine.kernels.player_strings import ask_fully, free_string, mark_begun, press_string
+
+
+@kernel
+def _way(i, s, channel, pitch):
+    """How the note on string ``s`` goes over into ``pitch``; PLUCKED if it cannot."""
+    stop, fret = i[at.S_FINGER + s], pitch - i[at.I_OPEN + s]
+    if fret < 0 or fret > i[at.I_FRETS] or fret == stop:
+        return at.PLUCKED
+    if i[at.C_GLIDES + channel] == 1 and stop > 0 and fret > 0:
+        return at.SLID
+    near = i[at.I_HAND] if stop == 0 else stop
+    if i[at.C_LEGATO + channel] == 0 or (fret > 0 and abs(fret - near) > i[at.I_SPAN]):
+        return at.PLUCKED
+    return at.HAMMERED if fret > stop else at.PULLED
+
+
+@kernel
+def _string_to_slur(i, note):
+    """The string, of those plucked last, that can go over into a note of the chord; -1 if none can."""
+    found, channel = -1, i[at.G_CHANNEL + note]
+    if i[at.C_LEGATO + channel] == 0 and i[at.C_GLIDES + channel] == 0:
+        return found
+    pitch = i[at.I_FOLD + i[at.G_KEY + note]]
+    for s in range(i[at.I_STRINGS]):
+        held = i[at.S_STATE + s] == at.HELD and i[at.S_CHANNEL + s] == channel and i[at.X_FREED + s] == at.KEPT
+        if held and _way(i, s, channel, pitch) != at.PLUCKED:
+            if found < 0 or i[at.S_ORDER + s] > i[at.S_ORDER + found]:
+                found = s
+    return found
+
+
+@kernel
+def find_slurs(i):
+    """G_REPEAT and X_FREED of the notes that can be slurred; of several for one string the highest is."""
+    below = 128
+    for _ in range(i[at.G_COUNT]):
+        note = -1
+        for other in range(i[at.G_COUNT]):
+            key = i[at.G_KEY + other]
+            if key < below and (note < 0 or key > i[at.G_KEY + note]):
+                note = other
+        if note < 0:
+            return
+        below = i[at.G_KEY + note]
+        if i[at.G_REPEAT + note] < 0:
+            s = _string_to_slur(i, note)
+            i[at.G_REPEAT + note] = s
+            if s >= 0:
+                i[at.X_FREED + s] = at.SLURRING
+
+
+@kernel
+def way_of(i, note, s):
+    """How a note of the chord is played on the string ``s`` that it has been given."""
+    if i[at.G_REPEAT + note] != s or i[at.X_FREED + s] != at.SLURRING:
+        return at.PLUCKED
+    return _way(i, s, i[at.G_CHANNEL + note], i[at.G_PITCH + note])
+
+
+@kernel
+def first_gesture(way):
+    """The kind of gesture without which a note has not begun."""
+    if way == at.PLUCKED:
+        return do.PLUCK
+    return do.LIFT if way == at.PULLED else do.PRESS
+
+
+@kernel
+def slur_note(d, i, s, frame, fret, force, channel, way):
+    """Go over to ``fret`` from what sounds on the string; ``force`` is what its velocity would pluck with [N]."""
+    finger, _ = free_string(d, i, s, frame)
+    strength = force / d[at.D_FORCE + 127]
+    if way == at.PULLED and finger > 0:
+        pull, angle = strength * d[at.D_PULL_FORCE], d[at.D_PULL_ANGLE]
+        ask_fully(d, i, frame, do.LIFT, s, 0.0, float(i[at.I_LEAD]), pull, angle, 0.0)
+        finger = 0
+    i[at.S_FINGER + s] = fret
+    if fret > 0:
+        i[at.S_PRESS + s], i[at.S_STAYS + s], i[at.S_SPEED + s] = frame + i[at.I_LEAD], finger, 0
+        if way == at.HAMMERED:
+            i[at.S_LANDING + s] = i[at.I_HAMMER]
+            i[at.S_SPEED + s] = int(1e6 * strength * d[at.D_HAMMER_SPEED])
+        elif way == at.PULLED:
+            i[at.S_LANDING + s] = i[at.I_QUICK_RAMP]  # the finger is there already, at rest
+        else:
+            i[at.S_LANDING + s] = glide_frames(d, i, channel) if finger > 0 else i[at.I_LANDING]
+        press_string(d, i, s)
+    mark_begun(i, s)
