@@ -1,10 +1,12 @@
-"""Hammer-ons, pull-offs, slides and vibrato on the strings: energy, levels, and that nothing clicks."""
+"""Slurs, slides, vibrato, harmonics and muting on the strings: energy, levels, and that nothing clicks."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from engine.bench import add, classical, fret_place, on_bench
 from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
-from engine.swap_bench import RATE, energy_above, instance, play
+from engine.swap_bench import RATE, counters, energy_above, instance, play, swap
 
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import gestures
@@ -25,6 +27,7 @@ def _scripts(g, s):
     stopped = (10, gestures.PRESS, s, fret[5], 240)
     hammer = (4000, gestures.PRESS, s, fret[5], 96, 3.0)
     pull = (4000, gestures.LIFT, s, 0.0, 480, 3.0, 1.1)
+    touch = (4000, gestures.TOUCH, s, 0.95, 96, 4.0)
     return {
         "hammer on a string at rest": [hammer],
         "hammer on a sounding string": [pluck, hammer],
@@ -33,13 +36,22 @@ def _scripts(g, s):
         "pull off a sounding string": [stopped, pluck, pull],
         "pull off while landing": [pluck, hammer, (4040, *pull[1:])],
         "pull off to a finger": [stopped, pluck, pull, (4480, gestures.PRESS, s, fret[2], 96)],
+        "touch a sounding string": [pluck, touch, (6000, gestures.TOUCH, s, 0.0, 240, 0.0)],
+        "touch, then damp": [
+            stopped,
+            pluck,
+            touch,
+            (5000, gestures.DAMP, s, 1.0, 240),
+            (7000, gestures.TOUCH, s, 0.9, 96, 2.0),
+        ],
+        "touch elsewhere": [pluck, touch, (5000, gestures.TOUCH, s, 0.3, 96, 0.5)],
         "hammer while pulling off": [stopped, pluck, pull, (4200, *hammer[1:])],
     }
 
 
 @pytest.mark.parametrize("s", [LOW_E, HIGH_E])
 @pytest.mark.parametrize("name", _scripts(GUITAR, LOW_E))
-def test_what_slurs_bring_is_the_work_of_the_finger(name, s):
+def test_what_hands_bring_is_their_work(name, s):
     """Every sample balances to rounding, changes of ports only take, and no more is there than was put in."""
     d, i = on_bench(classical())
     for frame, kind, _, *numbers in _scripts(GUITAR, s)[name]:
@@ -154,6 +166,49 @@ def test_vibrato_does_not_click(key):
     assert sways < 1.5 * plain + 1e-7 * whole
 
 
+def _partials(messages, hz, start, n=24000):
+    """Levels [dB] of the first eight partials of ``hz`` in the bridge's force."""
+    force = play(instance(GUITAR), 0, start + n, messages)[start:, 0]
+    spectrum = np.abs(np.fft.rfft(force * np.hanning(n), 4 * n))
+    places = np.fft.rfftfreq(4 * n, 1.0 / RATE) / hz
+    return np.array([20.0 * np.log10(spectrum[abs(places / k - 1.0) < 0.03].max()) for k in range(1, 9)])
+
+
+@pytest.mark.parametrize(
+    "key, stopped, partial", [(52, 40, 2), (59, 40, 3), (64, 45, 3), (79, 55, 4), (73, 45, 5), (69, 57, 2)]
+)
+def test_a_harmonic_has_its_partials_and_no_others(key, stopped, partial):
+    """0.1 s after the release: its own partial within 8 dB of the plain note's, all that lie off its nodes gone."""
+    hz, begin = 440.0 * 2.0 ** ((stopped - 69) / 12), 100 + 480 + 4800
+    plain = _partials([(100, ON, stopped, 100)], hz, begin)
+    touched = _partials([(0, CONTROL, cc.HARMONIC, 127), (100, ON, key, 100)], hz, begin)
+    off = np.arange(1, 9) % partial != 0
+    assert np.all(touched[off & (plain > plain.max() - 25.0)] < touched[partial - 1] - 24.0)
+    assert abs(touched[partial - 1] - plain[partial - 1]) < 8.0
+
+
+def test_muting_shortens_the_note_the_more_it_is():
+    after = [_level([(0, CONTROL, cc.MUTE, value), (100, ON, 40, 100)], 580 + 9600, 2400) for value in (0, 1, 64, 127)]
+    begun = [_level([(0, CONTROL, cc.MUTE, value), (100, ON, 40, 100)], 580, 2400) for value in (0, 1, 64, 127)]
+    assert np.all(np.diff(after) < -4.0) and after[3] < after[0] - 25.0
+    assert begun[0] - 8.0 < begun[3] < begun[0]
+
+
+@pytest.mark.parametrize("key", [59, 64, 60])
+def test_the_finger_leaves_a_node_without_a_click(key):
+    """In 5 ms: above 5 kHz no more than when it leaves ten times slower, but for -70 dB of the whole."""
+    loud, messages = {}, [(0, CONTROL, cc.HARMONIC, 127), (100, ON, key, 100)]
+    leaves = 100 + 480 + round(GUITAR.articulation.touch_time * RATE)
+    for time in (0.005, 0.05):
+        guitar = replace(GUITAR, damper=replace(GUITAR.damper, release_time=time))
+        force = play(instance(guitar), 0, leaves + 5000, messages)[:, 0]
+        loud[time] = [
+            max(energy_above(force[k : k + 1024], hz) for k in range(leaves - 512, leaves + 3000, 256))
+            for hz in (5000, 20)
+        ]
+    assert loud[0.005][0] < 1.5 * loud[0.05][0] + 1e-7 * loud[0.05][1]
+
+
 def test_blocks_of_any_size_give_the_same_bits():
     messages = [
         LEGATO,
@@ -164,6 +219,11 @@ def test_blocks_of_any_size_give_the_same_bits():
         (15000, CONTROL, cc.GLIDE, 127),
         (16000, ON, 46, 90),
         (21003, ON, 48, 90),
+        (21100, CONTROL, cc.HARMONIC, 127),
+        (21200, ON, 64, 90),
+        (21300, CONTROL, cc.HARMONIC, 0),
+        (21300, CONTROL, cc.MUTE, 50),
+        (21400, ON, 59, 90),
     ]
     whole = play(instance(GUITAR), 0, 30000, messages)
     one, parts, now = instance(GUITAR), [], 0
@@ -171,3 +231,35 @@ def test_blocks_of_any_size_give_the_same_bits():
         parts.append(play(one, now, n, messages))
         now += n
     assert np.array_equal(np.concatenate(parts), whole)
+
+
+def _any_messages(rng, count):
+    """Messages of every kind in three channels, most of them notes and what these are played by."""
+    frame = 0
+    controllers = (1, 5, 6, 16, 17, 17, 19, 20, 21, 64, 65, 65, 68, 68, 68, 74, 100, 101, 120, 121, 123)
+    for _ in range(count):
+        frame += int(rng.choice((0, 1, 63, 300, 481, 2000)))
+        kind = int(rng.choice((ON, ON, ON, OFF, OFF, CONTROL, CONTROL, PRESSURE, KEY_PRESSURE, BEND)))
+        first, second = (int(value) for value in rng.integers(0, 128, 2))
+        if kind in (ON, OFF, KEY_PRESSURE):
+            first = int(rng.integers(38, 90))
+        elif kind == CONTROL:
+            first = int(rng.choice(controllers))
+        yield frame, kind | int(rng.integers(3)), first, second
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_any_messages_are_played_and_then_all_is_silent(seed):
+    """Nothing that is no number, nothing loud beyond reason, no stuck note, and silence; a swap in their midst, too."""
+    one, other = instance(GUITAR), instance(load_preset("drop-d"))
+    messages = list(_any_messages(np.random.default_rng(seed), 500))
+    end = messages[-1][0] + 1000
+    for channel in range(3):
+        messages += [(end, CONTROL | channel, cc.PEDAL, 0), (end, CONTROL | channel, cc.NOTES_OFF, 0)]
+    half = end // 2
+    first = play(one, 0, half, messages)
+    swap(one, other, half)
+    sound = np.concatenate([first, play(other, half, end + 240000 - half, messages)])[:, 0]
+    assert np.abs(sound).max() < 400.0
+    assert counters(other)["gestures_refused"] == 0 and not other.i[player.S_STATE : player.S_STATE + 6].any()
+    assert np.mean(sound[-4800:] ** 2) < 1e-6 * np.mean(sound[:end] ** 2)

@@ -4,7 +4,7 @@
 """
 
 WHEEL, GLIDE_TIME, DATA_MSB, DATA_LSB = 1, 5, 6, 38
-ANGLE = 16  # a general purpose controller
+ANGLE, HARMONIC, MUTE = 16, 17, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
 PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
 INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
@@ -50,6 +50,11 @@ CONTROLLERS = (
         "(rest stroke)",
     ),
     (
+        f"CC {HARMONIC} ({DOWN} and above is on)",
+        "notes to come are harmonics: they sound at their pitch, from a string that is touched at a node",
+    ),
+    (f"CC {MUTE}", "the hand's edge on the string near the bridge, for notes to come: 0 not at all, 127 the most"),
+    (
         f"CC {STRING}",
         "the string for the channel's notes to come: 1 the highest to 12, 0: free; more is ignored and counted",
     ),
@@ -66,7 +71,8 @@ CONTROLLERS = (
     ),
     (
         f"CC {RESET} reset controllers",
-        "pedal up, bend to the middle, no RPN chosen, string and position free, no vibrato, legato and portamento off; "
+        "pedal up, bend to the middle, no RPN chosen, string and position free, no vibrato, slurs, slides, harmonics, "
+        "muting; "
         f"the bend range, CC {GLIDE_TIME}, {ANGLE} and {PLACE} stay",
     ),
     (f"CC {NOTES_OFF} all notes off, 124 to 127", "every key of the channel comes up; the pedal still holds"),

@@ -15,3 +15,5 @@ MOVE = 4  # p0 place [m], p1 duration [frames]: the stopping finger slides
 DAMP = 5  # p0 share of the preset's damper, 0..1, p1 ramp [frames]: the damping finger comes down
 UNDAMP = 6  # p1 ramp [frames]: the damping finger lifts
 TENSION = 7  # p0 target tension / tension at rest, p1 ramp [frames], p2 0: eased at both ends, 1: straight
+# p0 place/L, p1 ramp [frames], p2 resistance / sqrt(T mu), 0: away with it; damps at one place, instead of the damper
+TOUCH = 8

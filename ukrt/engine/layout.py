@@ -7,7 +7,6 @@ The modes of all strings stand in tiles of four: a state tile is ``x[k]`` (4 Y, 
 coefficient tile is ``a b D`` then up to seven port columns, four modes each, shared by both polarizations.
 """
 
-
 # Capacities ----------------------------------------------------------------------------------------------------------
 MAX_STRINGS = 12
 LANES = 16  # strings, padded to whole vectors of eight
@@ -54,10 +53,11 @@ STRING_D_SIZE = 256
     S_LENGTH, S_TENSION, S_DENSITY, S_STIFFNESS, S_LOSS_INTERNAL, S_LOSS_AIR, S_LOSS_BENDING, S_BANDWIDTH,
     S_RATIO, S_RATIO_FROM, S_RATIO_TO, S_PLUCK_FY, S_PLUCK_FZ, S_PLUCK_PLACE, S_FINGER_PLACE, S_MOVE_FROM, S_MOVE_TO,
     S_DAMP_LEVEL, S_DAMP_FROM, S_DAMP_TO, S_PLUCK_Y, S_PLUCK_Z, S_IMPEDANCE, S_MATCH_1, S_MATCH_2, S_HUSH,
-    S_HAMMER, S_PULL_Y, S_PULL_Z,
-) = range(29)  # fmt: skip
+    S_HAMMER, S_PULL_Y, S_PULL_Z, S_TOUCH_PLACE,
+) = range(30)  # fmt: skip
 # S_HUSH: loss [1/s] on top of the string's own while it is put to sleep, else 0; S_HAMMER: speed [m/s] of the finger
-# that landed last; S_PULL_*: how far [m] the finger that is about to let go draws the string aside
+# that landed last; S_PULL_*: how far [m] the finger that is about to let go draws the string aside; S_TOUCH_PLACE:
+# share of L where a touch stands in the damper's stead, 0: the damper is the preset's
 S_PORT_X = 32  # places of the ports, bridge first, pluck last: COLUMNS
 S_LAND_C = 40  # landing offsets of the finger's contacts, Y then Z
 S_LAND_V = 56  # and the string's velocities there when the finger touched

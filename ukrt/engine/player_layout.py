@@ -18,6 +18,8 @@ SEARCH_NODES = 1024  # partial assignments looked at for one chord before the be
 PERCUSSION_CHANNEL = 9  # channel 10 in a musician's count
 PLACE_BRIDGE, PLACE_NECK = 0.97, 0.70  # share of L: sul ponticello, sul tasto at its utmost (estimates)
 LEAST_SHARE = 0.25  # of what sounds, that a pluck keeps from the finger (estimate)
+MUTE_PLACE = 0.95  # share of L where the hand's edge lies: 3 cm from the bridge (estimate)
+UNTIL_DAMPED = 1 << 60  # frame at which a touch leaves that stays for the whole note
 FINGERS = 4  # of the left hand that stop strings
 MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
 MAX_BEND_CENTS = 1200  # tension ratio 1/4 .. 4: an octave either way
@@ -59,7 +61,8 @@ I_LIFT_RAMP = PLAYER_I + 14  # frames in which a finger lets go
 I_SLIDE = PLAYER_I + 15  # frames of a slide, where no controller says
 I_VIBRATO_SLOT = PLAYER_I + 16  # frames between two tension gestures of a vibrato, a multiple of layout.CHUNK
 I_HAMMER = PLAYER_I + 17  # frames in which a hammering finger comes to rest
-I_REPEAT = PLAYER_I + 18  # keys after which the scale repeats, 12 where there is no other
+I_TOUCH = PLAYER_I + 18  # frames for which a node is still touched after the release
+I_REPEAT = PLAYER_I + 19  # keys after which the scale repeats, 12 where there is no other
 I_OPEN = PLAYER_I + 24  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 
@@ -71,7 +74,9 @@ D_PULL_FORCE = PLAYER_D + 3  # N at velocity 127
 D_PULL_ANGLE = PLAYER_D + 4
 D_VIBRATO_CENTS = PLAYER_D + 5  # largest deviation either way
 D_VIBRATO_STEP = PLAYER_D + 6  # radians in I_VIBRATO_SLOT frames
-D_FRAMES_OF_SLIDE = PLAYER_D + 8  # for each value of the controller
+D_TOUCH = PLAYER_D + 7  # resistance of the finger at a node, over the wave impedance
+D_MUTE = PLAYER_D + 8  # of the hand's edge, for each value of the controller
+D_FRAMES_OF_SLIDE = D_MUTE + 128  # for each value of the controller
 D_FORCE = D_FRAMES_OF_SLIDE + 128  # peak force [N] of each velocity
 D_PLACES = D_FORCE + 128  # place [m] of each string and fret
 D_LENGTH = D_PLACES + MAX_STRINGS * FRET_ROW  # m
@@ -157,11 +162,12 @@ S_STAYS = I_STRING + 11 * ROW  # fret of the finger that S_PRESS's will replace 
 S_LANDING = I_STRING + 12 * ROW  # frames that S_PRESS's finger takes
 S_SPEED = I_STRING + 13 * ROW  # and its speed [um/s], 0: at rest
 S_PRESSURE = I_STRING + 14 * ROW  # polyphonic pressure of its note
-I_SAVED_SIZE = S_PRESSURE + ROW - I_TAKEN_BACK
+S_TOUCHED = I_STRING + 15 * ROW  # frame at which what touches it leaves, -1: nothing does
+I_SAVED_SIZE = S_TOUCHED + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_PRESSURE + ROW
+I_SAVED = S_TOUCHED + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -180,7 +186,9 @@ C_WHEEL = I_CHANNEL + 9 * CHANNELS  # vibrato asked for by the wheel
 C_PRESSURE = I_CHANNEL + 10 * CHANNELS  # and by the channel's pressure
 C_PLACE = I_CHANNEL + 11 * CHANNELS  # of the pluck, 64: as the preset has it
 C_ANGLE = I_CHANNEL + 12 * CHANNELS
-I_OWED = I_CHANNEL + 13 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_HARMONIC = I_CHANNEL + 13 * CHANNELS  # notes to come are harmonics
+C_MUTE = I_CHANNEL + 14 * CHANNELS  # 0: not muted
+I_OWED = I_CHANNEL + 15 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 
@@ -189,7 +197,7 @@ I_GROUP = I_OWED + CHANNELS * 128
 G_FRAME = I_GROUP + 0
 G_COUNT = I_GROUP + 1
 G_VICTIMS = I_GROUP + 2
-GROUP_FIELDS = 10
+GROUP_FIELDS = 12
 I_GROUP_ROWS = I_GROUP + 8
 G_KEY = I_GROUP_ROWS + 0 * ROW
 G_CHANNEL = I_GROUP_ROWS + 1 * ROW
@@ -201,8 +209,10 @@ G_REPEAT = I_GROUP_ROWS + 6 * ROW  # string that still sounds the same key of th
 G_FORCED = I_GROUP_ROWS + 7 * ROW  # string it is to be played on, 1 the highest; 0: any
 G_POSITION = I_GROUP_ROWS + 8 * ROW  # fret under the index finger, 0: any
 G_WAY = I_GROUP_ROWS + 9 * ROW  # how it is played, see WAY_NAMES
-V_SEQ = I_GROUP_ROWS + 10 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
-V_OWED = I_GROUP_ROWS + 12 * ROW  # index into I_OWED that went up by one for it, -1
+G_WANTED = I_GROUP_ROWS + 10 * ROW  # pitch the string is to be stopped at, before any folding
+G_PARTIAL = I_GROUP_ROWS + 11 * ROW  # which of its partials is to sound, 0: all
+V_SEQ = I_GROUP_ROWS + 12 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
+V_OWED = I_GROUP_ROWS + 14 * ROW  # index into I_OWED that went up by one for it, -1
 I_SEARCH = V_OWED + 2 * ROW
 
 # Scratch of the search (i) -------------------------------------------------------------------------------------------
@@ -234,8 +244,8 @@ I_END = I_LOG + 8 * LOG_CAPACITY
 
 FATE_NAMES = ("played", "stolen", "repeated", "silenced", "dropped", "percussion", "slurred")
 PLAYED, STOLEN, REPEATED, SILENCED, DROPPED, PERCUSSION, SLURRED = range(len(FATE_NAMES))
-WAY_NAMES = ("pluck", "hammer-on", "pull-off", "slide")
-PLUCKED, HAMMERED, PULLED, SLID = range(len(WAY_NAMES))
+WAY_NAMES = ("pluck", "hammer-on", "pull-off", "slide", "harmonic", "muted")
+PLUCKED, HAMMERED, PULLED, SLID, HARMONIC, MUTED = range(len(WAY_NAMES))
 
 if D_END - PLAYER_D > PLAYER_D_SIZE or I_END - PLAYER_I > PLAYER_I_SIZE:
     raise ImportError(f"the player needs {D_END - PLAYER_D} float64 and {I_END - PLAYER_I} int64, layout.py gives less")

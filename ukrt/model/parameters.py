@@ -190,7 +190,7 @@ class Keyboard(f.Checked):
 
 @dataclass(frozen=True)
 class Articulation(f.Checked):
-    """Slurs, slides and vibrato; speeds and forces hold at velocity 127 and go with the pluck's force below.
+    """Slurs, slides, vibrato, harmonics, muting; speeds and forces hold at velocity 127 and go with the pluck's force.
 
     The defaults are estimates: hammer-ons come out 9 to 17 dB below a pluck of the same velocity, pull-offs 6 to 11.
     """
@@ -203,6 +203,9 @@ class Articulation(f.Checked):
     vibrato_depth: float = f.number("cents", 0.0, 100.0, "deviation either way at full wheel or pressure", 25.0)
     # Laurson et al., ICMC 2000: the vibrato of a guitar is mostly at 5 to 6 Hz
     vibrato_rate: float = f.number("Hz", 0.1, 12.0, "vibrato: swings in a second", 5.0)
+    touch_resistance: float = f.number("sqrt(T0 rho S)", 0.01, 100.0, "of a finger that touches a node", 1.0)
+    touch_time: float = f.number("s", 0.001, 1.0, "time for which it stays after the release", 0.06)
+    mute_resistance: float = f.number("sqrt(T0 rho S)", 0.01, 100.0, "of the hand that mutes near the bridge", 4.0)
 
 
 @dataclass(frozen=True)
@@ -242,7 +245,7 @@ class Guitar(f.Checked):
     pluck: Pluck = f.part(Pluck, "the plucking finger")
     radiation: Radiation = f.part(Radiation, "from bridge force to sound")
     playing: Playing = f.part(Playing, "player and fingerboard")
-    articulation: Articulation = f.part(Articulation, "slurs, slides and vibrato", Articulation())
+    articulation: Articulation = f.part(Articulation, "slurs, slides, vibrato, harmonics, muting", Articulation())
     tuning: Tuning = f.part(Tuning, "intonation", Tuning())
     basis: Basis = f.part(Basis, "modal basis", Basis())
 

@@ -13,6 +13,7 @@ BEND_RAMP_TIME = 0.005  # s over which the tension follows one bend message
 BEND_SLOT_TIME = 0.0025  # s: messages nearer than this are one bend
 VIBRATO_SLOT_TIME = 0.01  # s, about, between two points of a vibrato's curve: 20 in a period of 5 Hz
 SHORTEST_GLIDE, LONGEST_GLIDE = 0.03, 2.0  # s, of CC 5 (choices)
+LIGHTEST_MUTE = 0.05  # of the preset's, at value 1 of CC 19 (choice)
 SOFT_VELOCITY, STRONG_VELOCITY = 20, 127
 
 
@@ -42,6 +43,23 @@ def glide_times():
     ndarray (128,) [s]
     """
     return SHORTEST_GLIDE * (LONGEST_GLIDE / SHORTEST_GLIDE) ** (np.arange(128) / 127.0)
+
+
+def mute_curve(most):
+    """Resistance of the hand's edge for each value of CC 19: even steps in dB up to ``most``, none at 0.
+
+    Parameters
+    ----------
+    most : float
+        Over the wave impedance.
+
+    Returns
+    -------
+    ndarray (128,)
+    """
+    curve = most * LIGHTEST_MUTE ** (1.0 - np.arange(128) / 127.0)
+    curve[0] = 0.0
+    return curve
 
 
 def fold_table(open_keys, frets, repeat=12, plays=None):

@@ -7,6 +7,8 @@ landing finger, of a shortened string or of a raised tension (ukrt/engine/README
 
 import math
 
+import numpy as np
+
 from ukrt.engine import gestures as kinds
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
@@ -17,6 +19,7 @@ from ukrt.engine.kernels.slide import begin_slide
 SHORTEST_PLUCK = 2  # samples: what the hat that averages the force can resolve
 MOST_SPEED = 20.0  # m/s of a finger that hammers, and
 MOST_PULL = 100.0  # N of one that pulls off: beyond any hand, so that no gesture asks for the absurd (choices)
+MOST_RESISTANCE = 100.0  # over the wave impedance, of a touch: as the preset's dampers may have
 ONE_CONTACT = 3  # shedding level from which new fingers and dampers have one contact
 RIGID_COMPLIANCE = 1e-9  # m/N in one step, of a rigid point that begins to let go: far stiffer than any string (choice)
 
@@ -134,34 +137,84 @@ def remove_finger(d, i, s):
 
 @kernel
 def set_damper(d, i, s, level):
-    """Give the damping finger ``level`` (0 to 1) of its full resistance: g = 2 dt / c."""
+    """Give the damping finger ``level`` of its resistance, a touch ``level`` wave impedances: g = 2 dt / c."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     d[own + at.S_DAMP_LEVEL] = level
     for j in range(i[own_i + at.SI_DAMPER]):
         contact = at.CONTACTS + (at.MAX_CONTACTS + i[own_i + at.SI_DAMPER_FROM] + j) * at.CONTACT_SIZE
-        ratio = d[contact + at.C_DAMPER]
+        ratio = d[contact + at.C_DAMPER] if d[own + at.S_TOUCH_PLACE] == 0.0 else 1.0
         resistance = max(level, 1e-4) * ratio * d[own + at.S_IMPEDANCE]
         d[at.FIN_G + (1 + i[own_i + at.SI_FINGER] + j) * at.LANES + s] = 2.0 / (d[at.METER + at.M_RATE] * resistance)
 
 
 @kernel
-def _damp(d, i, s, level, frames):
-    """The damping finger moves towards ``level`` of its resistance; if it was not there, it comes."""
+def remove_damper(d, i, s):
+    """The damping finger, or what touches in its stead, is gone."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    for j in range(i[own_i + at.SI_DAMPER]):
+        move_row(d, s, 1 + i[own_i + at.SI_FINGER] + j, 0)
+    i[own_i + at.SI_DAMPER] = i[own_i + at.SI_DAMP_LENGTH] = 0
+    d[own + at.S_DAMP_LEVEL] = d[own + at.S_TOUCH_PLACE] = 0.0
+    i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~TOUCHED
+
+
+@kernel
+def _come_down(d, i, s, contact, n_damper):
+    """Dampers come to a string that has none, without resistance as yet."""
+    own_i = at.STRING_I + s * at.STRING_I_SIZE
+    first = 1 + i[own_i + at.SI_FINGER]
+    i[own_i + at.SI_DAMPER], i[own_i + at.SI_DAMPER_FROM] = n_damper, contact
+    set_damper(d, i, s, 0.0)
+    for j in range(first, first + n_damper):
+        row = j * at.LANES + s
+        d[at.FIN_A + row], d[at.FIN_B + row] = 0.0, 1.0
+        d[at.LAND_Y + row] = d[at.LAND_Z + row] = 0.0
+    i[own_i + at.SI_CHANGED] |= TOUCHED
+
+
+@kernel
+def _bear(d, i, s, level, frames):
+    """What damps the string moves towards ``level`` of its resistance."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO] = d[own + at.S_DAMP_LEVEL], level
+    i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH] = 0, max(frames, 1)
+
+
+@kernel
+def _damp(d, i, s, level, frames):
+    """The damping finger moves towards ``level`` of its resistance; if it was not there it comes, a touch then goes."""
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    if level > 0.0 and d[own + at.S_TOUCH_PLACE] > 0.0 and i[at.H_DAMPER] > 0:
+        remove_damper(d, i, s)
     if i[own_i + at.SI_DAMPER] == 0:
         if level <= 0.0 or i[at.H_DAMPER] == 0:
             return
         contact, n_damper = _contacts_to_set(d, i, at.MAX_CONTACTS, i[at.H_DAMPER])
-        first = 1 + i[own_i + at.SI_FINGER]
-        i[own_i + at.SI_DAMPER], i[own_i + at.SI_DAMPER_FROM] = n_damper, contact
-        set_damper(d, i, s, 0.0)
-        for j in range(first, first + n_damper):
-            row = j * at.LANES + s
-            d[at.FIN_A + row], d[at.FIN_B + row] = 0.0, 1.0
-            d[at.LAND_Y + row] = d[at.LAND_Z + row] = 0.0
-        i[own_i + at.SI_CHANGED] |= TOUCHED
-    d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO] = d[own + at.S_DAMP_LEVEL], level
-    i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH] = 0, max(frames, 1)
+        _come_down(d, i, s, contact, n_damper)
+    _bear(d, i, s, level, frames)
+
+
+@kernel
+def _touch(d, i, s, place, resistance, frames):
+    """A finger or the hand's edge damps the string at ``place`` (share of L), or leaves it; the damper gives way to it.
+
+    Where the finger has every contact that a string may have there is no room for a touch: it is counted as dropped.
+    """
+    own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    if resistance <= 0.0:
+        if d[own + at.S_TOUCH_PLACE] > 0.0:
+            _bear(d, i, s, 0.0, frames)
+        return
+    if i[at.H_FINGER] >= at.MAX_CONTACTS:
+        i[at.H_GESTURES_DROPPED] += 1
+        return
+    place = min(max(place, 0.01), 0.99)
+    if i[own_i + at.SI_DAMPER] > 0 and d[own + at.S_TOUCH_PLACE] != place:
+        remove_damper(d, i, s)
+    if i[own_i + at.SI_DAMPER] == 0:
+        d[own + at.S_TOUCH_PLACE] = place
+        _come_down(d, i, s, np.int64(0), np.int64(1))
+    _bear(d, i, s, min(resistance, MOST_RESISTANCE), frames)
 
 
 @kernel
@@ -211,6 +264,8 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
         _damp(d, i, s, min(max(p0, 0.0), 1.0), frames)
     elif kind == kinds.UNDAMP:
         _damp(d, i, s, 0.0, frames)
+    elif kind == kinds.TOUCH:
+        _touch(d, i, s, p0, p2, frames)
     elif kind == kinds.TENSION:
         d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO] = d[own + at.S_RATIO], min(max(p0, 0.25), 4.0)
         i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH] = 0, frames

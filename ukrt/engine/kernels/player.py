@@ -20,6 +20,7 @@ from ukrt.engine.kernels.player_controllers import clear_channel, control_change
 from ukrt.engine.kernels.player_expression import set_key_pressure
 from ukrt.engine.kernels.player_log import count, log_end, log_note
 from ukrt.engine.kernels.player_strings import ask, settle_string
+from ukrt.engine.kernels.player_touch import stopped_pitch
 
 NOTE_OFF, NOTE_ON, KEY_PRESSURE, CONTROL, PRESSURE, BEND, SYSTEM = 0x80, 0x90, 0xA0, 0xB0, 0xD0, 0xE0, 0xF0
 SYSTEM_RESET = 0xFF
@@ -39,6 +40,7 @@ def player_reset(d, i):
         i[at.S_LIFT + s] = -1
         i[at.S_UNDAMP + s] = -1
         i[at.S_PRESS + s] = -1
+        i[at.S_TOUCHED + s] = -1
         d[at.D_TENSION + s] = 1.0
     for channel in range(at.CHANNELS):
         clear_channel(d, i, channel)
@@ -83,11 +85,12 @@ def _percussion(d, i, frame, kind, key, velocity):
 def _note_on(d, i, frame, channel, key, velocity):
     count(i, at.NOTES_ON)
     seq = log_note(d, i, frame, channel, key, d[at.D_FORCE + velocity])
-    pitch = i[at.I_FOLD + key]
-    if pitch != key:
+    wanted, partial = stopped_pitch(i, channel, key)
+    pitch = i[at.I_FOLD + wanted]
+    if pitch != wanted:
         count(i, at.NOTES_FOLDED)
     if pitch >= 0:
-        add_to_chord(i, channel, key, pitch, seq)
+        add_to_chord(i, channel, key, wanted, partial, seq)
     else:
         count(i, at.NOTES_DROPPED)
         log_end(i, seq, frame, at.DROPPED)

@@ -79,7 +79,7 @@ def _more_important(i, a, b):
     pitch = i[at.G_PITCH + a]
     if pitch != i[at.G_PITCH + b]:
         return pitch > i[at.G_PITCH + b]
-    folded_a, folded_b = i[at.G_KEY + a] != pitch, i[at.G_KEY + b] != pitch
+    folded_a, folded_b = i[at.G_WANTED + a] != pitch, i[at.G_WANTED + b] != pitch
     return folded_b if folded_a != folded_b else a < b
 
 
@@ -250,9 +250,9 @@ def _fold_further(i):
     """Move a dropped note that is out of its octave by one octave more; returns whether there was one to move."""
     for note in range(i[at.G_COUNT]):
         pitch = i[at.G_PITCH + note]
-        if i[at.G_STRING + note] >= 0 or pitch == i[at.G_KEY + note]:
+        if i[at.G_STRING + note] >= 0 or pitch == i[at.G_WANTED + note]:
             continue
-        further = pitch + i[at.I_REPEAT] if pitch > i[at.G_KEY + note] else pitch - i[at.I_REPEAT]
+        further = pitch + i[at.I_REPEAT] if pitch > i[at.G_WANTED + note] else pitch - i[at.I_REPEAT]
         if 0 <= further < 128 and i[at.I_FOLD + further] == further:
             i[at.G_PITCH + note] = further
             return True
@@ -263,7 +263,7 @@ def _fold_further(i):
 def choose_strings(i):
     """Strings for the notes of the chord into G_STRING (-1: dropped) and X_TAKER, pitches to play into G_PITCH."""
     for note in range(i[at.G_COUNT]):
-        i[at.G_PITCH + note] = i[at.I_FOLD + i[at.G_KEY + note]]
+        i[at.G_PITCH + note] = i[at.I_FOLD + i[at.G_WANTED + note]]
     for _ in range(at.MAX_GROUP):
         fill_costs(i)
         order_notes(i)

@@ -13,6 +13,7 @@ from ukrt.engine.kernels.player_hand import hand_follow, place_hand
 from ukrt.engine.kernels.player_log import count, log_end, log_place
 from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note, way_of
 from ukrt.engine.kernels.player_strings import damp_string, restore_ending, set_tension, start_note, withdraw_note
+from ukrt.engine.kernels.player_touch import touch_string
 from ukrt.engine.kernels.timeline import timeline_cancel
 
 
@@ -94,7 +95,7 @@ def _end_former(i, s, frame, way):
     if state != at.HELD and state != at.PEDALLED:
         return
     owed = _owe(i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) if state == at.HELD else -1
-    if way != at.PLUCKED:
+    if way in (at.HAMMERED, at.PULLED, at.SLID):
         count(i, at.NOTES_SLURRED)
         _victim(i, i[at.S_SEQ + s], frame, at.SLURRED, owed)
     elif i[at.X_FREED + s] == at.REPEATING:
@@ -140,7 +141,8 @@ def _sound(d, i, note, frame):
     i[at.G_WAY + note] = way
     _end_former(i, s, frame, way)
     force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
-    if way == at.PLUCKED:
+    if way not in (at.HAMMERED, at.PULLED, at.SLID):
+        touch_string(d, i, s, frame, fret, channel, i[at.G_PARTIAL + note])
         start_note(d, i, s, frame, fret, force, seq, channel)
     else:
         slur_note(d, i, s, frame, fret, force, channel, way)
@@ -212,13 +214,14 @@ def _forget_dropped(i):
 
 
 @kernel
-def add_to_chord(i, channel, key, pitch, seq):
+def add_to_chord(i, channel, key, wanted, partial, seq):
     """One more note for the chord (``recall_chord`` has been called, ``play_chord`` must follow)."""
     if i[at.G_COUNT] >= at.MAX_GROUP:
         _forget_dropped(i)
     note = i[at.G_COUNT]
     i[at.G_COUNT] = note + 1
-    i[at.G_KEY + note], i[at.G_CHANNEL + note], i[at.G_PITCH + note] = key, channel, pitch
+    i[at.G_KEY + note], i[at.G_CHANNEL + note], i[at.G_WANTED + note] = key, channel, wanted
+    i[at.G_PITCH + note], i[at.G_PARTIAL + note] = i[at.I_FOLD + wanted], partial
     i[at.G_SEQ + note], i[at.G_OFF + note], i[at.G_STRING + note] = seq, 0, -1
     i[at.G_FORCED + note], i[at.G_POSITION + note] = i[at.C_STRING + channel], i[at.C_POSITION + channel]
 

@@ -23,6 +23,10 @@ def set_expression(i, channel, controller, value):
         i[at.C_GLIDES + channel] = 1 if value >= cc.DOWN else 0
     elif controller == cc.LEGATO:
         i[at.C_LEGATO + channel] = 1 if value >= cc.DOWN else 0
+    elif controller == cc.HARMONIC:
+        i[at.C_HARMONIC + channel] = 1 if value >= cc.DOWN else 0
+    elif controller == cc.MUTE:
+        i[at.C_MUTE + channel] = value
     elif controller == cc.PLACE:
         i[at.C_PLACE + channel] = value
     else:
@@ -40,9 +44,9 @@ def set_key_pressure(i, channel, key, value):
 
 @kernel
 def reset_expression(i, channel):
-    """CC121: no vibrato, no slurs, no slides; what belongs to the sound stays (MIDI recommended practice RP-015)."""
+    """CC121: no vibrato, slurs, slides, harmonics, muting; the sound stays as it is set (MIDI practice RP-015)."""
     i[at.C_WHEEL + channel] = i[at.C_PRESSURE + channel] = 0
-    i[at.C_LEGATO + channel] = i[at.C_GLIDES + channel] = 0
+    i[at.C_LEGATO + channel] = i[at.C_GLIDES + channel] = i[at.C_HARMONIC + channel] = i[at.C_MUTE + channel] = 0
     for s in range(i[at.I_STRINGS]):
         if i[at.S_CHANNEL + s] == channel:
             i[at.S_PRESSURE + s] = 0

@@ -29,9 +29,9 @@ def _way(i, s, channel, pitch):
 def _string_to_slur(i, note):
     """The string, of those plucked last, that can go over into a note of the chord; -1 if none can."""
     found, channel = -1, i[at.G_CHANNEL + note]
-    if i[at.C_LEGATO + channel] == 0 and i[at.C_GLIDES + channel] == 0:
+    if i[at.G_PARTIAL + note] > 0 or (i[at.C_LEGATO + channel] == 0 and i[at.C_GLIDES + channel] == 0):
         return found
-    pitch = i[at.I_FOLD + i[at.G_KEY + note]]
+    pitch = i[at.G_PITCH + note]
     for s in range(i[at.I_STRINGS]):
         held = i[at.S_STATE + s] == at.HELD and i[at.S_CHANNEL + s] == channel and i[at.X_FREED + s] == at.KEPT
         if held and _way(i, s, channel, pitch) != at.PLUCKED:
@@ -63,17 +63,19 @@ def find_slurs(i):
 @kernel
 def way_of(i, note, s):
     """How a note of the chord is played on the string ``s`` that it has been given."""
+    if i[at.G_PARTIAL + note] > 0:
+        return at.HARMONIC
     if i[at.G_REPEAT + note] != s or i[at.X_FREED + s] != at.SLURRING:
-        return at.PLUCKED
+        return at.MUTED if i[at.C_MUTE + i[at.G_CHANNEL + note]] > 0 else at.PLUCKED
     return _way(i, s, i[at.G_CHANNEL + note], i[at.G_PITCH + note])
 
 
 @kernel
 def first_gesture(way):
     """The kind of gesture without which a note has not begun."""
-    if way == at.PLUCKED:
-        return do.PLUCK
-    return do.LIFT if way == at.PULLED else do.PRESS
+    if way == at.PULLED:
+        return do.LIFT
+    return do.PRESS if way == at.HAMMERED or way == at.SLID else do.PLUCK
 
 
 @kernel

@@ -126,7 +126,7 @@ def start_note(d, i, s, frame, fret, force, seq, channel):
 @kernel
 def withdraw_note(d, i, s, frame):
     """Take back every gesture but tension that a note starting at ``frame`` has put on the timeline, from there on."""
-    for kind in (do.PLUCK, do.PRESS, do.LIFT, do.DAMP, do.UNDAMP):
+    for kind in (do.PLUCK, do.PRESS, do.LIFT, do.DAMP, do.UNDAMP, do.TOUCH):
         timeline_cancel(d, i, s, kind, frame)
 
 
@@ -139,6 +139,8 @@ def restore_ending(d, i, s, frame):
         press_string(d, i, s)
     if i[at.S_LIFT + s] >= frame:
         ask(d, i, i[at.S_LIFT + s], do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
+    if frame <= i[at.S_TOUCHED + s] < at.UNTIL_DAMPED:
+        ask(d, i, i[at.S_TOUCHED + s], do.TOUCH, s, 0.0, i[at.I_UNDAMP_RAMP])
     if i[at.S_UNDAMP + s] >= frame:
         ask(d, i, i[at.S_UNDAMP + s], do.UNDAMP, s, 0.0, i[at.I_UNDAMP_RAMP])
 
@@ -148,6 +150,8 @@ def damp_string(d, i, s, now, frame, ramp):
     """The damper comes down at ``frame`` (``now`` or later); when the string is at rest the finger lifts, then, where
     strings idle open, the damper."""
     on = _cancel_ending(d, i, s, now + 1) == 2
+    timeline_cancel(d, i, s, do.TOUCH, now + 1)
+    i[at.S_TOUCHED + s] = -1  # the damper comes in its place
     lifting = frame + i[at.I_SETTLE]
     if not on:
         ask(d, i, frame, do.DAMP, s, 1.0, ramp)

@@ -49,7 +49,8 @@ def _list_ports(d, i, s):
         n += 1
     for j in range(i[own_i + at.SI_DAMPER]):
         contact = at.CONTACTS + (at.MAX_CONTACTS + i[own_i + at.SI_DAMPER_FROM] + j) * at.CONTACT_SIZE
-        share = d[contact + at.C_OFFSET]
+        touch = d[own + at.S_TOUCH_PLACE]
+        share = touch if touch > 0.0 else d[contact + at.C_OFFSET]
         d[own + at.S_PORT_X + n] = share * d[own + at.S_LENGTH]
         n += 1
     if i[own_i + at.SI_PLUCK] == 1:

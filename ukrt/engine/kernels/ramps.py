@@ -11,8 +11,8 @@ from ukrt.engine.kernels.hands import (
     TOUCHED,
     catch_string,
     follow_string,
-    move_row,
     pulls,
+    remove_damper,
     remove_finger,
     set_damper,
     set_grip,
@@ -99,11 +99,7 @@ def _follow_damper(d, i, s):
     if now >= length:
         i[own_i + at.SI_DAMP_LENGTH] = 0
         if end == 0.0:
-            for j in range(i[own_i + at.SI_DAMPER]):
-                move_row(d, s, 1 + i[own_i + at.SI_FINGER] + j, 0)
-            i[own_i + at.SI_DAMPER] = 0
-            d[own + at.S_DAMP_LEVEL] = 0.0
-            i[own_i + at.SI_CHANGED] = (i[own_i + at.SI_CHANGED] | PORTS_CHANGED) & ~TOUCHED
+            remove_damper(d, i, s)
             return
     set_damper(d, i, s, start + (end - start) * _smooth(min(now / length, 1.0)))
     i[own_i + at.SI_CHANGED] |= RESISTANCE_CHANGED

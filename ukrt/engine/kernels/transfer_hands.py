@@ -86,7 +86,11 @@ def _carry_damper(d0, i0, d1, i1, s, pace):
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     if i0[own_i + at.SI_DAMPER] == 0:
         return
-    i1[own_i + at.SI_DAMPER] = i1[at.H_DAMPER]
+    touch = d0[at.STRING + s * at.STRING_D_SIZE + at.S_TOUCH_PLACE]
+    if touch > 0.0 and i1[at.H_FINGER] >= at.MAX_CONTACTS:
+        return
+    d1[at.STRING + s * at.STRING_D_SIZE + at.S_TOUCH_PLACE] = touch
+    i1[own_i + at.SI_DAMPER] = 1 if touch > 0.0 else i1[at.H_DAMPER]
     _carry_ramp(i0, i1, own_i + at.SI_DAMP_AT, pace)
     for j in range(i1[own_i + at.SI_DAMPER]):
         row = (1 + i1[own_i + at.SI_FINGER] + j) * at.LANES + s

@@ -31,8 +31,8 @@ def transfer_player(d0, i0, d1, i1, now, pace):
         if i1[at.S_PITCH + s] >= 0:
             i1[at.S_PITCH + s] += i1[at.I_OPEN + s] - i0[at.I_OPEN + s]
         if pace != 1.0:
-            for row in (at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TENSION_FRAME):
-                if i1[row + s] >= 0:
+            for row in (at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED, at.S_TENSION_FRAME):
+                if 0 <= i1[row + s] < at.UNTIL_DAMPED:
                     i1[row + s] = max(0, now + scaled_frames(i1[row + s] - now, pace))
             i1[at.S_LANDING + s] = scaled_frames(i1[at.S_LANDING + s], pace)
     for s in range(strings1, strings0):
@@ -67,7 +67,7 @@ def _give_up_string(d, i, s, now):
         i[row + s] = 0
     for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE):
         i[row + s] = 0
-    for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS):
+    for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED):
         i[row + s] = -1
     d[at.D_TENSION + s] = 1.0
     d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
