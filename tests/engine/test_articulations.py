@@ -36,6 +36,7 @@ def _scripts(g, s):
         "pull off a sounding string": [stopped, pluck, pull],
         "pull off while landing": [pluck, hammer, (4040, *pull[1:])],
         "pull off to a finger": [stopped, pluck, pull, (4480, gestures.PRESS, s, fret[2], 96)],
+        "pluck that lets go softly": [(5, gestures.RELEASE, s, 0.0, 144), pluck],
         "touch a sounding string": [pluck, touch, (6000, gestures.TOUCH, s, 0.0, 240, 0.0)],
         "touch, then damp": [
             stopped,
@@ -194,6 +195,26 @@ def test_muting_shortens_the_note_the_more_it_is():
     assert begun[0] - 8.0 < begun[3] < begun[0]
 
 
+def _pluck_spectrum(hz, release):
+    """Size of the spectrum of a force that rises for 10 ms and falls along half a cosine [s] to nothing, in N s."""
+    t = (np.arange(200000) + 0.5) * 1e-7
+    falls = 0.5 + 0.5 * np.cos(np.pi * (t - 0.01) / release) if release > 0.0 else 0.0
+    force = np.where(t < 0.01, t / 0.01, np.where(t < 0.01 + release, falls, 0.0))
+    return np.abs(np.exp(-2j * np.pi * np.outer(hz, t)) @ force) * 1e-7
+
+
+@pytest.mark.parametrize("value", [40, 80, 127])
+def test_a_soft_fingertip_leaves_out_what_is_quicker_than_it_slips(value):
+    """Every partial moves as much as the force had of its frequency."""
+    note, hz = (100, ON, 45, 100), 110.0 * np.arange(1, 9)
+    cut, soft = (_partials([(0, CONTROL, cc.FLESH, v), note], 110.0, 1000) for v in (0, value))
+    release = value * round(GUITAR.articulation.flesh_time * RATE) // 127 / RATE
+    wanted = 20.0 * np.log10(_pluck_spectrum(hz, release) / _pluck_spectrum(hz, 0.0))
+    clear = wanted > -15.0  # not near a zero of it, where the partials' own places would count
+    assert clear.sum() >= 3
+    assert soft[clear] - cut[clear] == pytest.approx(wanted[clear], abs=0.7)
+
+
 @pytest.mark.parametrize("key", [59, 64, 60])
 def test_the_finger_leaves_a_node_without_a_click(key):
     """In 5 ms: above 5 kHz no more than when it leaves ten times slower, but for -70 dB of the whole."""
@@ -236,7 +257,7 @@ def test_blocks_of_any_size_give_the_same_bits():
 def _any_messages(rng, count):
     """Messages of every kind in three channels, most of them notes and what these are played by."""
     frame = 0
-    controllers = (1, 5, 6, 16, 17, 17, 19, 20, 21, 64, 65, 65, 68, 68, 68, 74, 100, 101, 120, 121, 123)
+    controllers = (1, 5, 6, 16, 17, 17, 18, 19, 20, 21, 64, 65, 65, 68, 68, 68, 74, 100, 101, 120, 121, 123)
     for _ in range(count):
         frame += int(rng.choice((0, 1, 63, 300, 481, 2000)))
         kind = int(rng.choice((ON, ON, ON, OFF, OFF, CONTROL, CONTROL, PRESSURE, KEY_PRESSURE, BEND)))

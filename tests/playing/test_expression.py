@@ -4,9 +4,10 @@ import pathlib
 
 import numpy as np
 import pytest
-from player_bench import Bench
+from player_bench import RATE, Bench
 
 from ukrt.engine import controller_layout as cc
+from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 
 
@@ -37,6 +38,16 @@ def test_the_angle_goes_from_parallel_to_normal_to_the_soundboard():
     angles = [pluck(cc.ANGLE, value)[1] for value in range(128)]
     assert angles[64] == pluck()[1] and np.all(np.diff(angles) < 0.0)
     assert angles[0] == np.pi / 2 and angles[127] == 0.0
+
+
+def test_the_string_is_told_how_to_be_let_go_when_that_changes():
+    bench = Bench()
+    for frame, value in ((100, 0), (10000, 127), (20000, 127), (30000, 0)):
+        bench.cc(frame, cc.FLESH, value)
+        bench.on(frame, 45)
+    bench.finish()
+    told = [(frame, p[1]) for frame, kind, _, p in bench.gestures if kind == do.RELEASE]
+    assert told == [(10000, round(bench.guitar.articulation.flesh_time * RATE)), (30000, 0)]
 
 
 def test_channels_do_not_share_their_expression():

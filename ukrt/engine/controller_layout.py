@@ -4,7 +4,7 @@
 """
 
 WHEEL, GLIDE_TIME, DATA_MSB, DATA_LSB = 1, 5, 6, 38
-ANGLE, HARMONIC, MUTE = 16, 17, 19  # general purpose controllers
+ANGLE, HARMONIC, FLESH, MUTE = 16, 17, 18, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
 PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
 INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
@@ -50,6 +50,11 @@ CONTROLLERS = (
         "(rest stroke)",
     ),
     (
+        f"CC {FLESH}",
+        "how plucks to come let go: 0 at once, as a nail or a plectrum, 127 within `articulation.flesh_time`, as a "
+        "soft fingertip",
+    ),
+    (
         f"CC {HARMONIC} ({DOWN} and above is on)",
         "notes to come are harmonics: they sound at their pitch, from a string that is touched at a node",
     ),
@@ -73,7 +78,7 @@ CONTROLLERS = (
         f"CC {RESET} reset controllers",
         "pedal up, bend to the middle, no RPN chosen, string and position free, no vibrato, slurs, slides, harmonics, "
         "muting; "
-        f"the bend range, CC {GLIDE_TIME}, {ANGLE} and {PLACE} stay",
+        f"the bend range, CC {GLIDE_TIME}, {ANGLE}, {FLESH} and {PLACE} stay",
     ),
     (f"CC {NOTES_OFF} all notes off, 124 to 127", "every key of the channel comes up; the pedal still holds"),
     ("system reset (FF)", "all channels: as CC 120, then as at power-up"),

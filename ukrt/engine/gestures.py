@@ -17,3 +17,4 @@ UNDAMP = 6  # p1 ramp [frames]: the damping finger lifts
 TENSION = 7  # p0 target tension / tension at rest, p1 ramp [frames], p2 0: eased at both ends, 1: straight
 # p0 place/L, p1 ramp [frames], p2 resistance / sqrt(T mu), 0: away with it; damps at one place, instead of the damper
 TOUCH = 8
+RELEASE = 9  # p1 ramp [frames] in which plucks of the string let go from now on; 0 or 1: at once

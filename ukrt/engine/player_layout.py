@@ -62,7 +62,8 @@ I_SLIDE = PLAYER_I + 15  # frames of a slide, where no controller says
 I_VIBRATO_SLOT = PLAYER_I + 16  # frames between two tension gestures of a vibrato, a multiple of layout.CHUNK
 I_HAMMER = PLAYER_I + 17  # frames in which a hammering finger comes to rest
 I_TOUCH = PLAYER_I + 18  # frames for which a node is still touched after the release
-I_REPEAT = PLAYER_I + 19  # keys after which the scale repeats, 12 where there is no other
+I_FLESH = PLAYER_I + 19  # frames in which the softest fingertip lets go
+I_REPEAT = PLAYER_I + 20  # keys after which the scale repeats, 12 where there is no other
 I_OPEN = PLAYER_I + 24  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 
@@ -163,11 +164,12 @@ S_LANDING = I_STRING + 12 * ROW  # frames that S_PRESS's finger takes
 S_SPEED = I_STRING + 13 * ROW  # and its speed [um/s], 0: at rest
 S_PRESSURE = I_STRING + 14 * ROW  # polyphonic pressure of its note
 S_TOUCHED = I_STRING + 15 * ROW  # frame at which what touches it leaves, -1: nothing does
-I_SAVED_SIZE = S_TOUCHED + ROW - I_TAKEN_BACK
+S_RELEASE = I_STRING + 16 * ROW  # frames in which its plucks were last asked to let go
+I_SAVED_SIZE = S_RELEASE + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_TOUCHED + ROW
+I_SAVED = S_RELEASE + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -188,7 +190,8 @@ C_PLACE = I_CHANNEL + 11 * CHANNELS  # of the pluck, 64: as the preset has it
 C_ANGLE = I_CHANNEL + 12 * CHANNELS
 C_HARMONIC = I_CHANNEL + 13 * CHANNELS  # notes to come are harmonics
 C_MUTE = I_CHANNEL + 14 * CHANNELS  # 0: not muted
-I_OWED = I_CHANNEL + 15 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_FLESH = I_CHANNEL + 15 * CHANNELS  # how softly plucks let go
+I_OWED = I_CHANNEL + 16 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 

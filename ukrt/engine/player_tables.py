@@ -72,11 +72,12 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
 
 
 def _make_articulation(articulation, sample_rate, d, i):
-    """What the player must know of slurs, slides, vibrato, harmonics and muting."""
+    """What the player must know of slurs, slides, vibrato, harmonics, muting and soft plucks."""
     i[at.I_HAMMER] = _frames(articulation.hammer_time, sample_rate)
     i[at.I_SLIDE] = _frames(articulation.slide_time, sample_rate)
     chunks = _frames(VIBRATO_SLOT_TIME, sample_rate / layout.CHUNK)
     i[at.I_VIBRATO_SLOT] = chunks * layout.CHUNK
+    i[at.I_FLESH] = _frames(articulation.flesh_time, sample_rate)
     i[at.I_TOUCH] = _frames(articulation.touch_time, sample_rate)
     d[at.D_TOUCH] = articulation.touch_resistance
     d[at.D_MUTE : at.D_MUTE + 128] = mute_curve(articulation.mute_resistance)

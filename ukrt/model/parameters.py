@@ -205,6 +205,7 @@ class Articulation(f.Checked):
     vibrato_rate: float = f.number("Hz", 0.1, 12.0, "vibrato: swings in a second", 5.0)
     touch_resistance: float = f.number("sqrt(T0 rho S)", 0.01, 100.0, "of a finger that touches a node", 1.0)
     touch_time: float = f.number("s", 0.001, 1.0, "time for which it stays after the release", 0.06)
+    flesh_time: float = f.number("s", 1e-4, 0.05, "time in which a soft fingertip lets a string slip (CC 18)", 0.003)
     mute_resistance: float = f.number("sqrt(T0 rho S)", 0.01, 100.0, "of the hand that mutes near the bridge", 4.0)
 
 

@@ -236,6 +236,7 @@ def _pluck(d, i, s, place, force, angle, frames):
     d[own + at.S_PLUCK_FY], d[own + at.S_PLUCK_FZ] = force * math.cos(angle), force * math.sin(angle)
     i[own_i + at.SI_PLUCK], i[own_i + at.SI_PLUCK_AT] = 1, 0
     i[own_i + at.SI_PLUCK_LENGTH] = max(frames, SHORTEST_PLUCK)
+    i[own_i + at.SI_PLUCK_RELEASE] = i[own_i + at.SI_RELEASE]
     i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
 
 
@@ -266,6 +267,8 @@ def perform(d, i, kind, s, p0, p1, p2, p3):
         _damp(d, i, s, 0.0, frames)
     elif kind == kinds.TOUCH:
         _touch(d, i, s, p0, p2, frames)
+    elif kind == kinds.RELEASE:
+        i[own_i + at.SI_RELEASE] = frames if frames > 1 else 0
     elif kind == kinds.TENSION:
         d[own + at.S_RATIO_FROM], d[own + at.S_RATIO_TO] = d[own + at.S_RATIO], min(max(p0, 0.25), 4.0)
         i[own_i + at.SI_TENSION_AT], i[own_i + at.SI_TENSION_LENGTH] = 0, frames

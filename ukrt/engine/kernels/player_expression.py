@@ -23,6 +23,8 @@ def set_expression(i, channel, controller, value):
         i[at.C_GLIDES + channel] = 1 if value >= cc.DOWN else 0
     elif controller == cc.LEGATO:
         i[at.C_LEGATO + channel] = 1 if value >= cc.DOWN else 0
+    elif controller == cc.FLESH:
+        i[at.C_FLESH + channel] = value
     elif controller == cc.HARMONIC:
         i[at.C_HARMONIC + channel] = 1 if value >= cc.DOWN else 0
     elif controller == cc.MUTE:
@@ -56,7 +58,7 @@ def reset_expression(i, channel):
 def clear_expression(i, channel):
     """As at power-up."""
     reset_expression(i, channel)
-    i[at.C_GLIDE_TIME + channel] = -1
+    i[at.C_GLIDE_TIME + channel], i[at.C_FLESH + channel] = -1, 0
     i[at.C_PLACE + channel] = i[at.C_ANGLE + channel] = cc.MIDDLE
 
 

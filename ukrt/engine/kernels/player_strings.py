@@ -117,6 +117,10 @@ def start_note(d, i, s, frame, fret, force, seq, channel):
         i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
         press_string(d, i, s)
     set_tension(d, i, s, frame, d[at.D_BEND + channel], i[at.I_BEND_RAMP], 0.0)
+    release = i[at.C_FLESH + channel] * i[at.I_FLESH] // 127
+    if i[at.S_RELEASE + s] != release:
+        i[at.S_RELEASE + s] = release
+        ask(d, i, frame, do.RELEASE, s, 0.0, release)
     place, angle = pluck_place(d, i, s, fret, channel), pluck_angle(d, i, channel)
     ask_fully(d, i, frame, do.PLUCK, s, place, force, angle, float(i[at.I_LEAD]), float(seq))
     d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
@@ -126,7 +130,7 @@ def start_note(d, i, s, frame, fret, force, seq, channel):
 @kernel
 def withdraw_note(d, i, s, frame):
     """Take back every gesture but tension that a note starting at ``frame`` has put on the timeline, from there on."""
-    for kind in (do.PLUCK, do.PRESS, do.LIFT, do.DAMP, do.UNDAMP, do.TOUCH):
+    for kind in (do.PLUCK, do.PRESS, do.LIFT, do.DAMP, do.UNDAMP, do.TOUCH, do.RELEASE):
         timeline_cancel(d, i, s, kind, frame)
 
 

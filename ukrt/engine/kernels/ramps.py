@@ -3,6 +3,8 @@
 Enter strings with something under way; leave forces, offsets, coefficients and ports for the next sample.
 """
 
+import math
+
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.hands import (
     LANDED,
@@ -138,11 +140,14 @@ def _settle_changes(d, i, s):
 
 
 @kernel
-def pluck_force(now, length):
+def pluck_force(now, length, release):
     """Share of the peak force that sample ``now`` of a ramp over ``length`` samples feels.
 
-    The ramp that is cut to nothing at its end, averaged with a hat of two samples' width: exact for every free mode.
+    The ramp that is cut to nothing at its end, averaged with a hat of two samples' width: exact for every free mode. Or
+    it falls along half a cosine over ``release`` samples, as flesh lets a string slip.
     """
+    if release > 0 and now >= length:
+        return 0.5 + 0.5 * math.cos(math.pi * (now - length) / (release + 1))
     if now == 0:
         return 1.0 / (6.0 * length)
     if now < length:
@@ -162,7 +167,8 @@ def begin_sample(d, i):
         if i[own_i + at.SI_DAMP_LENGTH] > 0:
             _follow_damper(d, i, s)
         plucked = i[own_i + at.SI_PLUCK] == 1
-        if plucked and i[own_i + at.SI_PLUCK_AT] > i[own_i + at.SI_PLUCK_LENGTH]:
+        length, release = i[own_i + at.SI_PLUCK_LENGTH], i[own_i + at.SI_PLUCK_RELEASE]
+        if plucked and i[own_i + at.SI_PLUCK_AT] > length + release:
             i[own_i + at.SI_PLUCK] = 0
             i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
         if i[own_i + at.SI_CHANGED] != 0:
@@ -172,7 +178,7 @@ def begin_sample(d, i):
         if i[own_i + at.SI_LIFT_LENGTH] > 0 and pulls(d, s):
             _follow_pull(d, i, s)
         if i[own_i + at.SI_PLUCK] == 1:
-            share = pluck_force(i[own_i + at.SI_PLUCK_AT], i[own_i + at.SI_PLUCK_LENGTH])
+            share = pluck_force(i[own_i + at.SI_PLUCK_AT], length, release)
             _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])
             i[own_i + at.SI_PLUCK_AT] += 1
 

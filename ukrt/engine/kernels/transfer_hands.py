@@ -69,12 +69,15 @@ def _carry_ramp(i0, i1, began, pace):
 def _carry_pluck(d0, i0, d1, i1, s, pace, longer, spread):
     """A pluck under way goes on, with the force that holds the deflection there is now."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+    i1[own_i + at.SI_RELEASE] = scaled_frames(i0[own_i + at.SI_RELEASE], pace)
     if i0[own_i + at.SI_PLUCK] == 0:
         return
-    length, now = i0[own_i + at.SI_PLUCK_LENGTH], i0[own_i + at.SI_PLUCK_AT]
+    length, now, release = i0[own_i + at.SI_PLUCK_LENGTH], i0[own_i + at.SI_PLUCK_AT], i0[own_i + at.SI_PLUCK_RELEASE]
     i1[own_i + at.SI_PLUCK], i1[own_i + at.SI_PLUCK_LENGTH] = 1, max(SHORTEST_PLUCK, scaled_frames(length, pace))
-    over = 1 if now > length else 0  # its last sample has been: the next one lets go
-    i1[own_i + at.SI_PLUCK_AT] = min(scaled_frames(now, pace), i1[own_i + at.SI_PLUCK_LENGTH]) + over
+    i1[own_i + at.SI_PLUCK_RELEASE] = scaled_frames(release, pace)
+    last = i1[own_i + at.SI_PLUCK_LENGTH] + i1[own_i + at.SI_PLUCK_RELEASE]
+    over = 1 if now > length + release else 0  # its last sample has been: the next one lets go
+    i1[own_i + at.SI_PLUCK_AT] = min(scaled_frames(now, pace), last) + over
     d1[own + at.S_PLUCK_PLACE] = longer * d0[own + at.S_PLUCK_PLACE]
     d1[own + at.S_PLUCK_FY] = d0[own + at.S_PLUCK_FY] / spread
     d1[own + at.S_PLUCK_FZ] = d0[own + at.S_PLUCK_FZ] / spread

@@ -65,7 +65,7 @@ def _give_up_string(d, i, s, now):
         log_end(i, i[at.S_SEQ + s], now, at.SILENCED)
     for row in (at.S_STATE, at.S_CHANNEL, at.S_KEY, at.S_FINGER, at.S_ORDER, at.S_TENSION_FRAME):
         i[row + s] = 0
-    for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE):
+    for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE, at.S_RELEASE):
         i[row + s] = 0
     for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED):
         i[row + s] = -1
