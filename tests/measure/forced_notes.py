@@ -47,7 +47,6 @@ class NotePitch(NamedTuple):
 def forced_note(engine, string, fret, force, seconds):
     """Reset the engine and play one note; the audio begins with the string's release: ndarray (k, channels)."""
     engine.reset()
-    midi = fingerboard(engine.guitar).open_keys[string] + fret
     player_tick(engine._d, engine._i, 0)
     start_note(engine._d, engine._i, string, 0, fret, float(force), 0, 0)
     return after_release(engine, seconds)
