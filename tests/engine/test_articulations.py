@@ -162,12 +162,12 @@ def test_vibrato_is_around_the_bend_and_leaves_the_tension_where_the_bend_wants_
 
 @pytest.mark.parametrize("key", [55, 45, 47, 69])
 def test_vibrato_does_not_click(key):
-    """Above 5 kHz, while an open or a stopped string sways and as it begins and ends: below -70 dB of the whole."""
+    """Above 5 kHz, while an open or a stopped string sways and as it begins and ends: below -67 dB of the whole."""
     notes = [(100, ON, key, 100)]
     whole = _high(notes, 24000, 60000, 20.0)
     plain = _high(notes, 24000, 60000)
     sways = _high([*notes, (24000, CONTROL, cc.WHEEL, 127), (44000, CONTROL, cc.WHEEL, 0)], 24000, 60000)
-    assert sways < 1.5 * plain + 1e-7 * whole
+    assert sways < 1.5 * plain + 2e-7 * whole
 
 
 def _partials(messages, hz, start, n=24000):

@@ -241,4 +241,4 @@ def test_any_bytes_at_any_time_and_then_silence(seed):
     assert all(note["end_s"] is not None for note in bench.log)
     assert all(string.sounding == -1 and string.place == 0.0 for string in bench.strings)
     frames = [gesture[0] for gesture in bench.gestures]
-    assert all(0 <= s < 6 and 1 <= kind <= 7 for _, kind, s, _ in bench.gestures) and frames[0] >= 0
+    assert all(0 <= s < 6 and 1 <= kind <= do.RELEASE for _, kind, s, _ in bench.gestures) and frames[0] >= 0

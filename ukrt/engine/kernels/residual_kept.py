@@ -10,7 +10,7 @@ from ukrt.engine.kernels.residual import X_OLD, pseudo_places
 
 _KEPT = at.SCRATCH + 832  # of each pseudo-mode: its column, then Y now, Y before, Z now, Z before
 _MOTION, _SIZE = 8, 12
-PARALLEL = 0.9999  # square of the cosine between two columns that are one and the same (choice)
+PARALLEL = 1.0 - 1e-12  # square of the cosine between two columns that are one and the same, but for rounding
 
 
 @kernel
@@ -52,7 +52,7 @@ def _column_scale(d, i, s, mode):
 
 @kernel
 def keep_modes(d, i, s, n_old, n_new):
-    """Put every pseudo-mode where it was, if ports and columns are what they were."""
+    """Put every pseudo-mode where it was, if ports and columns are what they were: so the ports do not move."""
     if not _same_ports(d, s, n_old, n_new):
         return
     for mode in range(at.RESIDUAL_MODES):
