@@ -85,7 +85,7 @@ D_STATE = D_LENGTH + ROW
 
 # State (d) ---------------------------------------------------------------------------------------------------------
 D_TENSION = D_STATE  # last tension ratio asked of each string
-D_BEND = D_TENSION + ROW  # tension ratio of each channel
+D_BEND = D_TENSION + ROW  # cents that each channel's pitch bend asks for
 D_PHASE = D_BEND + CHANNELS  # of each string's vibrato
 D_DEPTH = D_PHASE + ROW  # cents that it has now
 D_LOG_FORCE = D_DEPTH + ROW

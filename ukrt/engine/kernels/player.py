@@ -9,6 +9,7 @@ from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.controller_layout import PEDAL, RESET
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_bend import follow_bend
 from ukrt.engine.kernels.player_chord import (
     add_to_chord,
     chord_note_off,
@@ -16,7 +17,7 @@ from ukrt.engine.kernels.player_chord import (
     play_chord,
     recall_chord,
 )
-from ukrt.engine.kernels.player_controllers import clear_channel, control_change, follow_bend, sound_off
+from ukrt.engine.kernels.player_controllers import clear_channel, control_change, sound_off
 from ukrt.engine.kernels.player_expression import set_key_pressure
 from ukrt.engine.kernels.player_log import count, log_end, log_note
 from ukrt.engine.kernels.player_strings import ask, settle_string

@@ -12,7 +12,14 @@ from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
 from ukrt.engine.kernels.player_hand import hand_follow, place_hand
 from ukrt.engine.kernels.player_log import count, log_end, log_place
 from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note, way_of
-from ukrt.engine.kernels.player_strings import damp_string, restore_ending, set_tension, start_note, withdraw_note
+from ukrt.engine.kernels.player_strings import (
+    damp_string,
+    note_ratio,
+    restore_ending,
+    set_tension,
+    start_note,
+    withdraw_note,
+)
 from ukrt.engine.kernels.player_touch import touch_string
 from ukrt.engine.kernels.timeline import timeline_cancel
 
@@ -41,7 +48,7 @@ def _recall_string(d, i, s, frame):
     withdraw_note(d, i, s, frame)
     restore_ending(d, i, s, frame)
     sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
-    ratio = d[at.D_BEND + i[at.S_CHANNEL + s]] if sounding else 1.0
+    ratio = note_ratio(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) if sounding else 1.0
     set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP], 0.0)
 
 
@@ -143,7 +150,7 @@ def _sound(d, i, note, frame):
     force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
     if way not in (at.HAMMERED, at.PULLED, at.SLID):
         touch_string(d, i, s, frame, fret, channel, i[at.G_PARTIAL + note])
-        start_note(d, i, s, frame, fret, force, seq, channel)
+        start_note(d, i, s, frame, fret, force, seq, channel, i[at.G_KEY + note])
     else:
         slur_note(d, i, s, frame, fret, force, channel, way)
     i[at.S_STATE + s] = at.HELD

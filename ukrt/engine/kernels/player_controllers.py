@@ -7,32 +7,11 @@ Whatever is neither played nor followed is counted. The percussion channel's con
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_bend import bend_range
 from ukrt.engine.kernels.player_chord import close_chord, end_note
 from ukrt.engine.kernels.player_expression import clear_expression, reset_expression, set_expression
 from ukrt.engine.kernels.player_log import count, log_end
-from ukrt.engine.kernels.player_strings import bend_string, damp_string
-
-
-@kernel
-def bend_range(i, channel):
-    """The channel's bend range [cents]: what RPN 0 has set, else the preset's."""
-    return i[at.C_RANGE + channel] if i[at.C_RANGE + channel] >= 0 else i[at.I_BEND_RANGE]
-
-
-@kernel
-def follow_bend(d, i, frame, channel):
-    """Work out the channel's tension ratio and, if it has changed, bring its sounding strings to it."""
-    wanted = i[at.C_BEND + channel] * bend_range(i, channel) / 8192.0
-    cents = max(-at.MAX_BEND_CENTS, min(at.MAX_BEND_CENTS, wanted))
-    ratio = 2.0 ** (cents / 600.0)  # frequency goes with the root of the tension
-    if d[at.D_BEND + channel] == ratio:
-        return
-    count(i, at.BENDS_LIMITED, 1 if cents != wanted else 0)
-    d[at.D_BEND + channel] = ratio
-    for s in range(i[at.I_STRINGS]):
-        sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
-        if sounding and i[at.S_CHANNEL + s] == channel:
-            bend_string(d, i, s, frame, ratio)
+from ukrt.engine.kernels.player_strings import damp_string
 
 
 @kernel
@@ -147,5 +126,5 @@ def clear_channel(d, i, channel):
     i[at.C_PEDAL + channel] = 0
     i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
     clear_expression(i, channel)
-    d[at.D_BEND + channel] = 1.0
+    d[at.D_BEND + channel] = 0.0
     _forget_owed(i, channel)

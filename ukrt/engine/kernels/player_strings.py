@@ -55,6 +55,19 @@ def set_tension(d, i, s, frame, ratio, ramp, straight):
 
 
 @kernel
+def note_cents(d, i, channel, key):
+    """How far a note of a channel and key is to sound from what its fret gives [cents]."""
+    return d[at.D_BEND + channel]
+
+
+@kernel
+def note_ratio(d, i, channel, key):
+    """The tension ratio that takes it there: frequency goes with the root of the tension."""
+    cents = note_cents(d, i, channel, key)
+    return 2.0 ** (max(-at.MAX_BEND_CENTS, min(at.MAX_BEND_CENTS, cents)) / 600.0)
+
+
+@kernel
 def bend_string(d, i, s, frame, ratio):
     """Follow a pitch bend on a sounding string: one gesture per slot of time at most, the latest target wins.
 
@@ -105,8 +118,8 @@ def mark_begun(i, s):
 
 
 @kernel
-def start_note(d, i, s, frame, fret, force, seq, channel):
-    """Damper off, finger to its fret (or off), tension as the channel's bend has it, and the pluck that begins now."""
+def start_note(d, i, s, frame, fret, force, seq, channel, key):
+    """Damper off, finger to its fret (or off), tension as the note's bend has it, and the pluck that begins now."""
     finger, landing = free_string(d, i, s, frame)
     if finger > 0 and finger != fret:
         ask(d, i, frame, do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
@@ -116,7 +129,7 @@ def start_note(d, i, s, frame, fret, force, seq, channel):
         i[at.S_PRESS + s], i[at.S_LANDING + s] = frame + landing, i[at.I_LANDING]
         i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
         press_string(d, i, s)
-    set_tension(d, i, s, frame, d[at.D_BEND + channel], i[at.I_BEND_RAMP], 0.0)
+    set_tension(d, i, s, frame, note_ratio(d, i, channel, key), i[at.I_BEND_RAMP], 0.0)
     release = i[at.C_FLESH + channel] * i[at.I_FLESH] // 127
     if i[at.S_RELEASE + s] != release:
         i[at.S_RELEASE + s] = release

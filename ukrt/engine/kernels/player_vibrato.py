@@ -8,7 +8,7 @@ import math
 
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_strings import set_tension
+from ukrt.engine.kernels.player_strings import note_ratio, set_tension
 
 SLOTS_TO_DEPTH = 10.0  # slots in which the depth goes all the way: 0.1 s (estimate)
 
@@ -38,5 +38,6 @@ def follow_vibrato(d, i, now):
         depth += max(-change, min(change, wanted - depth))
         phase = (d[at.D_PHASE + s] + d[at.D_VIBRATO_STEP]) % (2.0 * math.pi) if depth > 0.0 else 0.0
         d[at.D_DEPTH + s], d[at.D_PHASE + s] = depth, phase
-        ratio = d[at.D_BEND + i[at.S_CHANNEL + s]] * 2.0 ** (depth * math.sin(phase) / 600.0)
+        rest = note_ratio(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s])
+        ratio = rest * 2.0 ** (depth * math.sin(phase) / 600.0)
         set_tension(d, i, s, now + i[at.I_LEAD], ratio, i[at.I_VIBRATO_SLOT], 1.0)

@@ -9,8 +9,8 @@ from ukrt.engine import gestures as do
 from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_bend import follow_bend
 from ukrt.engine.kernels.player_chord import close_chord
-from ukrt.engine.kernels.player_controllers import follow_bend
 from ukrt.engine.kernels.player_log import log_end
 from ukrt.engine.kernels.player_strings import ask
 from ukrt.engine.kernels.timeline import timeline_cancel
