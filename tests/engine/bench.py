@@ -3,13 +3,13 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-import numba
 import numpy as np
 
 from ukrt.engine import layout as at
 from ukrt.engine.discretize import fill_instance, make_arrays
 from ukrt.engine.kernels.advance import advance
 from ukrt.engine.kernels.energy import total_energy
+from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.timeline import timeline_add
 from ukrt.model.presets import load_preset
 
@@ -49,14 +49,14 @@ def fret_place(string, fret):
     return string.length * (1.0 - 2.0 ** (-fret / 12.0))
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def run(d, i, n_blocks, block):
     """Advance by ``n_blocks`` blocks of at most 64 samples."""
     for _ in range(n_blocks):
         advance(d, i, block)
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def largest_growth(d, i, n_blocks, block, scale):
     """Advance; the largest growth over a block without gesture, over the largest energy (``scale[0]``)."""
     growth, last = 0.0, total_energy(d, i)

@@ -5,10 +5,9 @@ work of constraints (moving offsets, moving contacts) and the losses of every mo
 left between two samples are the jumps at gestures: new ports, lifted fingers, changed tension.
 """
 
-import numba
-
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.energy import total_energy
+from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.ports import count_contacts
 from ukrt.engine.kernels.process import perform_due
 from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
@@ -18,7 +17,7 @@ from ukrt.engine.kernels.sweep import sweep_string
 PLUCK, CONSTRAINT, LOSS, JUMP_UP, JUMP_DOWN, LARGEST_ERROR, LARGEST_ENERGY, FRAME = range(8)
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def metered_steps(d, i, n_samples, ledger, saved):
     """Advance by ``n_samples`` and add up the ledger; ``saved`` is room for a copy of ``d``'s states."""
     for _ in range(n_samples):
@@ -54,7 +53,7 @@ def metered_steps(d, i, n_samples, ledger, saved):
         ledger[FRAME] += 1.0
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def _book_jump(ledger, jump):
     if jump > 0.0:
         ledger[JUMP_UP] += jump
@@ -62,7 +61,7 @@ def _book_jump(ledger, jump):
         ledger[JUMP_DOWN] -= jump
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def _string_books(d, i, s, saved):
     """Work of the pluck and of the contacts, and losses of one string and its fingers, over one sample."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
@@ -96,7 +95,7 @@ def _string_books(d, i, s, saved):
     return pluck, constraint, loss
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def _bridge_work(d, i, saved):
     """Work of the bridge's constraint forces on strings and body together: nothing, but for rounding."""
     work = 0.0
@@ -120,7 +119,7 @@ def _bridge_work(d, i, saved):
     return work
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def _body_loss(d, i, saved):
     """Losses of the body's modes over one sample; the solver has moved them already."""
     loss = 0.0

@@ -6,11 +6,11 @@ new one and a crossfade of both give them.
 
 from types import SimpleNamespace
 
-import numba
 import numpy as np
 
 from ukrt.engine import layout as at
 from ukrt.engine.instance import Instance
+from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player import player_message
 from ukrt.engine.kernels.process import begin_chunk, compute_chunk
 from ukrt.engine.kernels.timeline import timeline_next
@@ -28,7 +28,7 @@ def instance(guitar, rate=RATE, n_taps=3000, seed=1):
     return Instance(guitar, rate, impulse_response=response)
 
 
-@numba.njit(error_model="numpy")
+@kernel
 def _play(d, i, v, vi, now, n_frames, messages, out):
     read, first, last = 0, now, now + n_frames
     while now < last:

@@ -195,7 +195,7 @@ def clock_time(seconds):
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def announce_compiling(last, what="the engine", long="one to two minutes"):
+def announce_compiling(last, what="the engine", long="half a minute"):
     """Say so where something has to be compiled first, which takes a while; ``last`` is what is compiled last."""
     from ..engine.kernels.jit import cache_folder
 

@@ -14,8 +14,11 @@ import numba
 from numba.core import config as numba_config
 from platformdirs import user_cache_dir
 
+from ukrt.engine.kernels.linking import Kernel, Parts, Wholes
+
 _SOURCES = pathlib.Path(__file__).parent
 _OPTIONS = {"nopython": True, "error_model": "numpy", "boundscheck": False, "cache": True}
+_UNCACHED = {**_OPTIONS, "cache": False}
 
 
 def kernel_fingerprint():
@@ -49,17 +52,16 @@ _FOLDER = cache_folder()
 
 def kernel(function):
     """Compile ``function`` strictly: no reassociation, so that the same code gives the same bits."""
+    if numba_config.DISABLE_JIT:
+        return function
+    part = numba.jit(pipeline_class=Parts, **_UNCACHED)(function)
     with _our_cache():
-        return numba.jit(**_OPTIONS)(function)
+        return Kernel(part, numba.jit(pipeline_class=Wholes, **_OPTIONS)(function))
 
 
 def inlined(function):
-    """A kernel that is compiled only as part of those that call it.
-
-    For what is called from one place: Numba optimises a function's callees anew for every level of calls above them, so
-    each level that is no function of its own saves seconds of compiling.
-    """
-    return numba.jit(inline="always", **{**_OPTIONS, "cache": False})(function)
+    """A kernel that stands in those that call it; for what is called from one place."""
+    return numba.jit(inline="always", **_UNCACHED)(function)
 
 
 def entry_point(signature):
@@ -67,6 +69,6 @@ def entry_point(signature):
 
     def decorate(function):
         with _our_cache():
-            return numba.cfunc(signature, **_OPTIONS)(function)
+            return numba.cfunc(signature, pipeline_class=Wholes, **_OPTIONS)(function)
 
     return decorate
