@@ -153,7 +153,10 @@ class Loop:
 
 
 def vector_kernel(n_integers):
-    """Make an intrinsic ``f(d, n1, n2, ...)`` of a function ``emit(vectors, n1, n2, ...)`` that writes its code."""
+    """Make an intrinsic ``f(d, n1, n2, ...)`` of a function ``emit(vectors, n1, n2, ...)`` that writes its code.
+
+    The function stays within reach as the intrinsic's ``emit``, for those who want the code by itself.
+    """
 
     def decorate(emit):
         def typing(_context, array, *integers):
@@ -166,7 +169,9 @@ def vector_kernel(n_integers):
 
             return signature, codegen
 
-        return intrinsic(_with_arity(typing, n_integers))
+        made = intrinsic(_with_arity(typing, n_integers))
+        made.emit = emit
+        return made
 
     return decorate
 

@@ -14,8 +14,11 @@ from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.simd import ZERO, Loop, vector_kernel
 
 
-def _make_sweep(n_extra):
-    """The sweep for the bridge and ``n_extra`` further columns (contacts and the pluck)."""
+def make_sweep(n_extra, tension=True):
+    """The sweep for the bridge and ``n_extra`` further columns (contacts and the pluck).
+
+    Without ``tension`` it leaves out Kirchhoff-Carrier, whose cost is measured so; the engine has it always.
+    """
     n_columns = 1 + n_extra
 
     @vector_kernel(3)
@@ -32,17 +35,18 @@ def _make_sweep(n_extra):
         columns = [v.load_twice(v.at(coefficient, at.COEF + at.COEF_COLUMNS + 4 * j)) for j in range(n_columns)]
         old = v.load(v.at(state, at.STATE))
         new = v.load(v.at(state, at.STATE + 8))
-        new = v.fma(mu, v.mul(d, old), new)
+        if tension:
+            new = v.fma(mu, v.mul(d, old), new)
         for column, force in zip(columns, forces, strict=True):
             new = v.fma(column, force, new)
         predicted = v.fma(a, new, v.mul(b, old))
-        weighted = v.mul(d, new)
+        weighted = v.mul(d, new) if tension else ZERO
         sums = []
         for j, column in enumerate(columns):
             sums.append(v.fma(column, predicted, loop.carried[2 * j]))
-            sums.append(v.fma(column, weighted, loop.carried[2 * j + 1]))
-        sums.append(v.fma(weighted, weighted, loop.carried[-2]))
-        sums.append(v.fma(weighted, predicted, loop.carried[-1]))
+            sums.append(v.fma(column, weighted, loop.carried[2 * j + 1]) if tension else ZERO)
+        sums.append(v.fma(weighted, weighted, loop.carried[-2]) if tension else ZERO)
+        sums.append(v.fma(weighted, predicted, loop.carried[-1]) if tension else ZERO)
         v.store(new, v.at(state, at.STATE))
         v.store(predicted, v.at(state, at.STATE + 8))
         loop.close(sums)
@@ -54,7 +58,7 @@ def _make_sweep(n_extra):
     return sweep
 
 
-_sweep0, _sweep1, _sweep2, _sweep3, _sweep4, _sweep5, _sweep6 = [_make_sweep(n) for n in range(at.COLUMNS)]
+_sweep0, _sweep1, _sweep2, _sweep3, _sweep4, _sweep5, _sweep6 = [make_sweep(n) for n in range(at.COLUMNS)]
 
 
 @kernel
