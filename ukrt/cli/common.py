@@ -1,6 +1,7 @@
 """What the commands share: the parser's manners, types of arguments with their legal ranges, the guitar's options."""
 
 import argparse
+import contextlib
 import math
 import pathlib
 import sys
@@ -196,11 +197,16 @@ def clock_time(seconds):
 
 
 def announce_compiling(last, what="the engine", long="half a minute"):
-    """Say so where something has to be compiled first, which takes a while; ``last`` is what is compiled last."""
+    """Say so where something has to be compiled first, which takes a while; ``last`` is what is compiled last.
+
+    Returns whether it has to be (bool).
+    """
     from ..engine.kernels.jit import cache_folder
 
-    if not any(pathlib.Path(cache_folder()).rglob(f"*{last}*.nbi")):
+    missing = not any(pathlib.Path(cache_folder()).rglob(f"*{last}*.nbi"))
+    if missing:
         say(f"compiling {what} for this machine; this is done once and takes {long}")
+    return missing
 
 
 def make_engine(guitar, rate, **options):
@@ -209,6 +215,15 @@ def make_engine(guitar, rate, **options):
     from ..engine.engine import Engine
 
     return Engine(guitar, float(rate), **options)
+
+
+def need_compiled(guitar):
+    """Compile the engine where that has not been done yet, before several processes would do it side by side."""
+    if announce_compiling("callback"):
+        from ..engine.engine import Engine
+
+        with contextlib.closing(Engine(guitar, 48000.0)) as engine:
+            engine.process(64)
 
 
 def describe_notes(counters):

@@ -1,4 +1,4 @@
-"""``ukrt render``: a MIDI file becomes an audio file; a take becomes exactly what was heard when it was played."""
+"""``ukrt render``: MIDI files become audio files; a take becomes exactly what was heard when it was played."""
 
 import os
 import pathlib
@@ -14,14 +14,15 @@ from .common import (
     add_rate_option,
     add_tuning_options,
     clock_time,
-    describe_notes,
     given_settings,
     load_guitar,
     make_console,
     make_engine,
+    need_compiled,
     number,
     say,
 )
+from .render_report import summary
 from .report import check_report_path, write_report
 
 _EPILOG = """\
@@ -34,6 +35,7 @@ examples:
   ukrt render song.mid --report song.json         which string and fret each note took
   ukrt render song.mid --from bar:5 --to bar:9    bars 5 to 8, bit for bit as in the whole
   ukrt render song.mid --from marker:Coda         from a marker on; --from 1:30 --to 95.5 are times
+  ukrt render *.mid -o wavs --jobs 4              several files into a folder, four at a time
   ukrt render take.mid -o heard.wav               a take of `ukrt play --record`, bit for bit as it was played
   ukrt render take.mid --set pluck.place=0.9      its messages on another guitar, as any MIDI file
 """
@@ -47,12 +49,19 @@ class _Unchosen(str):
 def add_parser(commands):
     """Add the subcommand to the parser."""
     parser = add_command(commands, "render", "turn a MIDI file into an audio file", _EPILOG)
-    parser.add_argument("midi", metavar="IN.mid", help="MIDI file, format 0, 1 or 2, or a take")
+    parser.add_argument("midi", nargs="+", metavar="IN.mid", help="MIDI file, format 0, 1 or 2, or a take")
     parser.add_argument(
         "-o",
         "--output",
         metavar="OUT.wav",
-        help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it)",
+        help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it); "
+        "of several files the folder they go to",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=number("", 1, 1024, whole=True),
+        metavar="N",
+        help="of several files, how many are rendered at a time, each on a core of its own (default: all cores)",
     )
     add_guitar_options(parser)
     add_tuning_options(parser)
@@ -101,70 +110,101 @@ def add_parser(commands):
 
 def run(args):
     """Render and tell what came of it."""
-    from ..drivers.takes.reader import is_take
-
-    target, report_path = _target(args), args.report and check_report_path(args.report)
-    report = _render_take(args, target) if is_take(args.midi) else _render(args, target, load_guitar(args))
+    report_path = args.report and check_report_path(args.report)
+    if len(args.midi) > 1 or (args.output and pathlib.Path(args.output).is_dir()):
+        return _run_many(args, report_path)
+    if args.jobs is not None:
+        raise UsageError("--jobs is for several files; leave it away, the strings of one piece cannot be parted")
+    args.midi = args.midi[0]
+    with _progress() as progress:
+        report = render_one(args, progress)
     if report_path:
         write_report(report_path, report)
+    _tell(args, report)
+    return 0
+
+
+def _run_many(args, report_path):
+    """Several files, several at a time."""
+    from .render_many import choose_jobs, plan, render_many, tell
+
+    plans = plan(args)
+    need_compiled(load_guitar(args))
+    results = render_many(plans, choose_jobs(args.jobs, len(plans)), render_one)
+    if report_path:
+        write_report(report_path, {"files": [_entry(one, result) for one, result in zip(plans, results, strict=True)]})
+    return tell(plans, results, _tell)
+
+
+def _entry(args, result):
+    return {"input": args.midi, **({"error": result} if isinstance(result, str) else result)}
+
+
+def render_one(args, progress=None):
+    """Render one file (``args.midi``), or a take; returns the report."""
+    from ..drivers.takes.reader import is_take
+
+    target = _target(args)
+    render = _render_take if is_take(args.midi) else _render
+    return {"output": str(target), **render(args, target, progress)}
+
+
+def _tell(args, report):
+    """What came of one file, in words."""
     for warning in report["warnings"]:
         say(f"{args.midi}: {warning}")
     for warning in report.get("tuning_warnings", ()):
         say(f"tuning: {warning}")
-    print(_summary(target, report))
-    return 0
+    print(summary(report["output"], report))
 
 
-def _render(args, target, guitar, rate=48000, signal="pressure", fingering="look-ahead"):
+def _render(args, target, progress, guitar=None, rate=48000, signal="pressure", fingering="look-ahead"):
     """Render a MIDI file; returns the report."""
     from ..render import render_file
 
-    with _progress() as progress:
-        return render_file(
-            args.midi,
-            target,
-            guitar,
-            bits=args.bits or "24",
-            overwrite=args.force or args.output is not None,
-            sample_rate=args.rate or rate,
-            block_size=args.block,
-            signal=args.signal or signal,
-            gain_db=args.gain,
-            normalize=args.normalize,
-            tail_db=args.tail_db,
-            max_minutes=args.max_minutes,
-            start=args.start,
-            end=args.end,
-            fingering=args.fingering or fingering,
-            progress=progress,
-            engine_factory=make_engine,
-        )
+    return render_file(
+        args.midi,
+        target,
+        guitar or load_guitar(args),
+        bits=args.bits or "24",
+        overwrite=args.force or args.output is not None,
+        sample_rate=args.rate or rate,
+        block_size=args.block,
+        signal=args.signal or signal,
+        gain_db=args.gain,
+        normalize=args.normalize,
+        tail_db=args.tail_db,
+        max_minutes=args.max_minutes,
+        start=args.start,
+        end=args.end,
+        fingering=args.fingering or fingering,
+        progress=progress,
+        engine_factory=make_engine,
+    )
 
 
-def _render_take(args, target):
+def _render_take(args, target, progress):
     """Render a take as it was played, or its messages in another way where that is asked for; returns the report."""
+    from ..drivers.takes.files import render_take
     from ..drivers.takes.reader import read_take
 
     take = read_take(args.midi)
     start_s, end_s = _part_of_take(args)
     if other := _other_than(args, take):
         say(f"{args.midi}: with {', '.join(other)} the take is rendered like any MIDI file, not bit for bit as played")
-        return _render(args, target, _guitar_of(args, take), round(take.sample_rate), take.signal, "causal")
-    from ..drivers.takes.files import render_take
-
-    with _progress() as progress:
-        return render_take(
-            args.midi,
-            target,
-            bits=args.bits or ("24" if target.suffix.lower() == ".flac" else "32f"),
-            overwrite=args.force or args.output is not None,
-            block_size=args.block,
-            max_minutes=args.max_minutes,
-            start_s=start_s,
-            end_s=end_s,
-            progress=progress,
-            engine_factory=make_engine,
-        )
+        return _render(args, target, progress, _guitar_of(args, take), round(take.sample_rate), take.signal, "causal")
+    return render_take(
+        args.midi,
+        target,
+        bits=args.bits or ("24" if target.suffix.lower() == ".flac" else "32f"),
+        overwrite=args.force or args.output is not None,
+        block_size=args.block,
+        max_minutes=args.max_minutes,
+        start_s=start_s,
+        end_s=end_s,
+        progress=progress,
+        engine_factory=make_engine,
+    )
 
 
 def _part_of_take(args):
@@ -235,36 +275,3 @@ class _progress:
     def __exit__(self, *_):
         if bar := getattr(self, "_bar", None):
             bar.stop()
-
-
-def _describe_fingering(chosen):
-    """How strings and positions were chosen, in words."""
-    words = [chosen["choice"] + (f": {chosen['why']}" if chosen["why"] else "")]
-    if chosen["let_go"]:
-        words.append(f"{chosen['let_go']} notes end early for the hand's sake")
-    return ", ".join(words)
-
-
-def _summary(target, report):
-    """The summary, in words."""
-    peak, speed = report["peak_dbfs"], report["times_real_time"]
-    start = f" from {clock_time(report['start_s'])} on" if report["start_s"] > 0.0 else ""
-    lines = [
-        f"{target}: {clock_time(report['duration_s'])}{start}, {report['sample_rate']:.0f} Hz, "
-        f"{report['channels']} channel{'s' if report['channels'] > 1 else ''}, {report['bits']} bit",
-        f"  notes           {describe_notes(report | {'notes_on': report['notes_total']})}",
-        f"  peak            {'silence' if peak is None else f'{peak:.1f} dBFS'}",
-    ]
-    if chosen := report.get("fingering"):
-        lines.append(f"  fingering       {_describe_fingering(chosen)}")
-    if speed is not None:
-        lines.append(f"  times real time {speed:.1f}")
-    if len(report.get("files", ())) > 1:
-        lines.append(f"  goes on in      {', '.join(report['files'][1:])}, at other sample rates")
-    if "recorded_with" in report and report["bits"] == "32f" and not report["warnings"]:
-        lines.append("  take            bit for bit as it was played")
-    if report["clipped_samples"]:
-        lines.append(
-            f"  clipped         {report['clipped_samples']} samples beyond full scale; lower --gain, or --bits 32f"
-        )
-    return "\n".join(lines)
