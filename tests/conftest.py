@@ -7,6 +7,17 @@ import tempfile
 import pytest
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _no_settings_of_ones_own(tmp_path_factory):
+    """What knobs whoever runs the tests has taught `ukrt play` is none of theirs."""
+    before = os.environ.get("UKRT_CONFIG_DIR")
+    os.environ["UKRT_CONFIG_DIR"] = str(tmp_path_factory.mktemp("settings"))
+    yield
+    os.environ.pop("UKRT_CONFIG_DIR")
+    if before is not None:
+        os.environ["UKRT_CONFIG_DIR"] = before
+
+
 @pytest.fixture(scope="session")
 def shared_data():
     """The folder ``../shared/data`` beside the checkout; a test that needs it is skipped where it is absent."""

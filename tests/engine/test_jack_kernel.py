@@ -12,6 +12,7 @@ from ukrt.engine import jack_layout as at
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels import jack, jack_notices
 from ukrt.engine.kernels.jit import cache_folder
+from ukrt.engine.map_layout import DROPPED, PRESSURE_SOURCE, map_entry
 
 POINTER, UINT, ULONG = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_ulong
 PROCESS = ctypes.CFUNCTYPE(ctypes.c_int, UINT, POINTER)
@@ -152,6 +153,17 @@ def test_what_is_held_is_let_go_once_when_that_is_wished():
     server.table[at.T_END_HELD] += 2
     server.cycle(64)
     assert server.queued() == [(192, 0x804200)]
+
+
+def test_controllers_mean_what_the_map_says_and_are_held_as_that():
+    server = FakeServer()
+    server.si[stage.G_MAP] = 2
+    table = server.si[stage.MAPS + stage.MAP_SIZE :][: stage.MAP_SIZE].reshape(16, stage.MAP_SOURCES)
+    table[3, 30], table[:, 7], table[3, PRESSURE_SOURCE] = map_entry(64, 0, 127), DROPPED, map_entry(1, 20, 0, 9)
+    server.cycle(64, [(0, b"\xb3\x1e\x7f\x07\x10"), (1, b"\xb2\x1e\x7f"), (2, b"\xd3\x7f\x00"), (3, b"\x93\x40\x01")])
+    assert [word for _, word in server.queued()] == [0xB3407F, 0xB21E7F, 0xB90100, 0xB90114, 0x934001]
+    assert held_messages(server.table) == [(0xB3, 64, 0), (0x83, 64, 0)]
+    assert server.si[stage.LANE_REFUSED + stage.LANE_STEP * stage.LANE_JACK + stage.LANE_UNMAPPED] == 1
 
 
 def test_a_full_lane_refuses_and_counts():

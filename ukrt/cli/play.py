@@ -2,7 +2,6 @@
 
 import contextlib
 import pathlib
-import queue
 import sys
 import time
 from dataclasses import asdict
@@ -12,6 +11,7 @@ from .common import add_command, say
 from .play_options import add_options, check_options
 from .play_parts import (
     bundled_piece,
+    find_controllers,
     find_way,
     fingered_piece,
     load_piece,
@@ -21,6 +21,7 @@ from .play_parts import (
     remove_memory,
     wanted_inputs,
 )
+from .programs import Programs
 
 _TAIL_SECONDS = 8.0  # the most that is waited for a piece's last notes
 _TURN_SECONDS = 0.05
@@ -51,8 +52,9 @@ def run(args):
 
     shelf = PresetShelf(args.preset or ["classical"], dict(args.overrides))
     piece = load_piece(args, shelf.guitar)
-    with Interrupts() as interrupts, StatusLine(not args.quiet) as status:
-        return Playing(args, shelf, piece, interrupts, status).play()
+    controllers = find_controllers(args)
+    with Interrupts() as interrupts, StatusLine(not args.quiet and args.learn is None) as status:
+        return Playing(args, shelf, piece, controllers, interrupts, status).play()
 
 
 class Playing:
@@ -65,15 +67,16 @@ class Playing:
     shelf : PresetShelf
     piece : (Score, Summary) or (None, None)
         With how its strings were chosen.
+    controllers : Controllers
     interrupts : Interrupts
     status : StatusLine
     """
 
-    def __init__(self, args, shelf, piece, interrupts, status):
+    def __init__(self, args, shelf, piece, controllers, interrupts, status):
         self._args, self._shelf, self._interrupts, self._status = args, shelf, interrupts, status
         self._session, self._away, self._failure = None, False, None
         self._news = []  # (seconds, sentence)
-        self._programs = queue.SimpleQueue()
+        self._programs, self._controllers, self._learning = Programs(shelf), controllers, None
         self._piece, self._fingering = piece
         self._demo = False  # whether the piece is the bundled one, for want of a keyboard
         self._next_look = self._next_show = self._next_ports = 0.0
@@ -98,7 +101,8 @@ class Playing:
             sources = midi_sources(args, engine, way.driver)
             self._recorder = recorder = Recorder(engine, args.record, audio)
             self._interrupts.hurried += [recorder.close, lambda: remove_memory(engine)]
-            recorder.follow(self._follow)
+            recorder.follow(self._programs.follow)
+            self._controllers.put_on(engine)
             player = self._piece and make_player(args, engine, self._piece, lambda: self._session.output)
             self._session = LiveSession(engine, lambda: way.open(engine), sources, player, [recorder])
             try:
@@ -136,18 +140,30 @@ class Playing:
         """Play until it is over; why."""
         rate, output = self._engine.sample_rate, session.output.name
         self._tell(f"{self._engine.guitar.name} at {rate:.0f} Hz on {output}; Ctrl-C ends")
+        self._tell_controllers()
         self._find_something_to_play()
         while (ended := self._over()) is None:
             self._turn()
             time.sleep(_TURN_SECONDS)
         return ended
 
+    def _tell_controllers(self):
+        """Say what knobs have been made to mean; begin to learn where that is wanted."""
+        from .learning import Learning, wanted_functions
+
+        controllers, names = self._controllers, self._args.learn
+        if controllers.mapping.controllers:
+            self._tell(f"controllers by {controllers.path}: {controllers.mapping}")
+        if names is not None:
+            self._learning = Learning(self._engine, controllers, wanted_functions(names), self._tell)
+            self._recorder.follow(self._learning.hear)
+
     def _find_something_to_play(self):
         """Without a piece, without a keyboard and without a wish for one the bundled piece is played."""
         args, session = self._args, self._session
         if self._piece is not None or args.wait_for_midi or args.midi_virtual or args.driver == "jack":
             return
-        if wanted_inputs(args):
+        if wanted_inputs(args) or args.learn is not None:
             return
         for source in session.midi_sources:
             source.wait_ready(_MIDI_SECONDS)
@@ -168,6 +184,8 @@ class Playing:
         session.tend()
         self._take_news()
         self._choose_program()
+        if self._learning is not None:
+            self._learning.turn()
         if now >= self._next_look:
             self._next_look = now + _LOOK_SECONDS
             for sentence in self._shelf.look():
@@ -215,22 +233,9 @@ class Playing:
         for warning in tuning_warnings(self._guitar) + (wolf_warnings(self._guitar) if intonation_known else []):
             self._tell(f"tuning: {warning}")
 
-    def _follow(self, entries):
-        """Program changes among what has acted on the engine; called by the recorder's thread."""
-        from ..engine.stage_layout import KIND_MIDI, KIND_SHIFT
-
-        words = entries[:, 1]
-        for word in words[(words >> KIND_SHIFT == KIND_MIDI) & (words >> 16 & 0xF0 == 0xC0)].tolist():
-            self._programs.put(word >> 8 & 0x7F)
-
     def _choose_program(self):
-        """The last program that was asked for counts."""
-        number = None
-        with contextlib.suppress(queue.Empty):
-            while True:
-                number = self._programs.get_nowait()
-        if number is not None and self._shelf.choose(number):
-            self._tell(f"program {number}: {self._shelf.names[number]}")
+        for sentence in self._programs.look():
+            self._tell(sentence)
 
     def _over(self):
         """Why it is over, None if it is not."""
@@ -273,6 +278,7 @@ class Playing:
         known = (self._state, self._output_counts, self._recorder, self._shelf)
         report = make_report(self._session, *known, ended, self._news, self._args)
         report["fingering"] = self._fingering and asdict(self._fingering)
+        report["programs"], report["mapping"] = self._programs.counts(), self._controllers.describe()
         print(summary(report), flush=True)
         if code:
             say(ended)

@@ -30,6 +30,7 @@ examples:
   ukrt play --midi-in keystation --audio-out 3 --latency low
   ukrt play --driver jack --record take.mid    JACK without PortAudio between; ukrt render take.mid gives the same bits
   ukrt play --preset a.toml --preset b.toml    program change 0 and 1 choose between them
+  ukrt play --learn vibrato,mute               move a knob for each; what they play is kept for the next time
   ukrt play song.mid --loop --seconds 600      a MIDI file through the live path
   ukrt play song.mid --wait-for-midi           it begins with the first note from a keyboard
 """
@@ -116,6 +117,24 @@ def _add_midi(group):
         metavar="MS",
         help="constant delay from a key to its note, which hides the grid of blocks (default: one block)",
     )
+    group.add_argument(
+        "--learn",
+        nargs="?",
+        const="",
+        metavar="NAME,...",
+        help="learn which knob plays what while playing (vibrato, place, mute, ...), and keep it for the next time; "
+        "without names they are asked for",
+    )
+    mapping = group.add_mutually_exclusive_group()
+    mapping.add_argument(
+        "--mapping",
+        metavar="FILE|none",
+        help="what knobs play, as --learn keeps it (default: the file in the user's folder of settings, "
+        "UKRT_CONFIG_DIR overrides the folder)",
+    )
+    mapping.add_argument(
+        "--no-mapping", dest="mapping", action="store_const", const="none", help="every controller means itself"
+    )
 
 
 def _add_guitar(group):
@@ -124,7 +143,7 @@ def _add_guitar(group):
         action="append",
         metavar="NAME|FILE",
         help="the guitar: a name that `ukrt presets` lists, or a TOML file; repeated, program change 0, 1, ... chooses "
-        "among them (default: classical)",
+        "among them, in bank 1 among all of `ukrt presets --banks` (default: classical)",
     )
     add_tuning_options(group)
     add_set_option(group, "change one value of the preset")
@@ -156,6 +175,7 @@ def check_options(args):
     """Refuse contradictions, in a sentence, before anything is opened."""
     _check_audio(args)
     _check_midi(args)
+    _check_learning(args)
     _check_piece(args)
     _check_files(args)
 
@@ -183,6 +203,20 @@ def _check_midi(args):
     if args.driver == "jack" and (given := _given(args, "midi_virtual", "midi_delay")):
         words = "--driver jack: the client's own MIDI port is open to all programs and has no delay"
         raise UsageError(f"{words}; leave {' and '.join(given)} away")
+
+
+def _check_learning(args):
+    if args.learn is None:
+        return
+    from .learning import wanted_functions
+
+    wanted_functions(args.learn)
+    if args.mapping == "none":
+        raise UsageError("--learn keeps what it learns; leave --no-mapping away")
+    if args.piece:
+        raise UsageError(f"--learn listens to a player and plays no piece; leave {args.piece} away")
+    if "none" in (args.midi_in or []) and not args.midi_virtual:
+        raise UsageError("--learn listens for ever with --midi-in none; leave one of them away")
 
 
 def _check_piece(args):

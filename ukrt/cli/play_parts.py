@@ -133,6 +133,18 @@ def wanted_inputs(args):
     return [] if "none" in args.midi_in else list(dict.fromkeys(args.midi_in))
 
 
+def find_controllers(args):
+    """What the arguments want controllers to mean (Controllers)."""
+    from ..drivers.midi.mapping import Mapping, load_mapping, mapping_path
+    from .learning import Controllers
+
+    if args.mapping == "none":
+        return Controllers(Mapping(), None)
+    path = pathlib.Path(args.mapping) if args.mapping else mapping_path()
+    absent = not path.exists() and (args.mapping is None or args.learn is not None)
+    return Controllers(Mapping() if absent else load_mapping(path), path)
+
+
 def load_piece(args, guitar):
     """The piece that was named, fingered for ``guitar`` (Score) and what that came to (Summary); None, None without."""
     if args.piece is None:

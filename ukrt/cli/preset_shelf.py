@@ -2,7 +2,7 @@
 news of files that have changed on the disk."""
 
 from ..errors import UkrtError
-from ..model.presets import load_preset
+from ..model.presets import load_preset, preset_names
 
 
 class PresetShelf:
@@ -22,11 +22,10 @@ class PresetShelf:
     """
 
     def __init__(self, names, overrides=None):
-        self.names, self.chosen = list(names), 0
+        self.names, self.chosen, self._named = list(names), 0, len(names)
         self._overrides = dict(overrides or {})
         self._guitars = [load_preset(name, self._overrides) for name in self.names]
-        self._complaints = [None] * len(self.names)
-        self._suspects = [None] * len(self.names)
+        self._complaints, self._suspects = {}, {}  # by number
 
     @property
     def guitar(self):
@@ -39,6 +38,28 @@ class PresetShelf:
             return False
         self.chosen = number
         return True
+
+    def find(self, bank, program):
+        """The number to `choose` for a program of a bank (int); None where there is none.
+
+        Bank 0 holds the guitars that were named, bank 1 all that come with the program, in the order of
+        `preset_names`; one that was not named is read now, with the settings, and joins the shelf.
+
+        Raises
+        ------
+        UkrtError
+            The settings do not fit it.
+        """
+        if bank == 0:
+            return program if program < self._named else None
+        shipped = preset_names()
+        if bank != 1 or program >= len(shipped):
+            return None
+        name = shipped[program]
+        if name not in self.names:
+            self._guitars.append(load_preset(name, self._overrides))
+            self.names.append(name)
+        return self.names.index(name)
 
     def look(self):
         """Read the files again and take over what has changed.
@@ -61,8 +82,8 @@ class PresetShelf:
         try:
             guitar = load_preset(name, self._overrides)
         except UkrtError as error:
-            words, known = str(error), self._complaints[number]
-            settled, self._suspects[number] = self._suspects[number] == words, words
+            words, known = str(error), self._complaints.get(number)
+            settled, self._suspects[number] = self._suspects.get(number) == words, words
             if words == known or not settled:
                 return []
             self._complaints[number] = words

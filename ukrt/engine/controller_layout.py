@@ -3,6 +3,7 @@
 ``CONTROLLERS`` is the table of ``ukrt/playing/README.md``; a test holds the two together.
 """
 
+BANK_MSB, BANK_LSB = 0, 32
 WHEEL, GLIDE_TIME, DATA_MSB, DATA_LSB = 1, 5, 6, 38
 ANGLE, HARMONIC, FLESH, MUTE = 16, 17, 18, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
@@ -79,6 +80,11 @@ CONTROLLERS = (
         "pedal up, bend to the middle, no RPN chosen, string and position free, no vibrato, slurs, slides, harmonics, "
         "muting; "
         f"the bend range, CC {GLIDE_TIME}, {ANGLE}, {FLESH} and {PLACE} stay",
+    ),
+    (
+        f"program change, CC {BANK_MSB} and {BANK_LSB} bank",
+        "another guitar: bank 0 those of `--preset`, bank 1 those of `ukrt presets --banks`; what there is not changes "
+        "nothing",
     ),
     (f"CC {NOTES_OFF} all notes off, 124 to 127", "every key of the channel comes up; the pedal still holds"),
     ("system reset (FF)", "all channels: as CC 120, then as at power-up"),

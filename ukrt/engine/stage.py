@@ -1,5 +1,7 @@
 """The stage as Python sees it: flat arrays shared with the callback; stamps, journal, samples and counters leave."""
 
+import threading
+
 import numpy as np
 
 from ukrt.engine import layout as instance_at
@@ -76,6 +78,27 @@ class Stage:
         self.sd[at.M_SHED_BUDGET] = load
         if load == 0.0:
             self.si[at.G_SHED_WANTED] = 0
+
+    def set_map(self, entries):
+        """Let what arrives live mean something else from now on: see `map_layout.map_entry`.
+
+        May be done at any time: the other of two tables is written, then it counts. By one thread at a time.
+
+        Parameters
+        ----------
+        entries : dict of (channel, source) to int
+            What is not in it means itself.
+        """
+        si = self.si
+        which = 3 - max(int(si[at.G_MAP]), 1)
+        table = np.zeros((16, at.MAP_SOURCES), np.int64)
+        for (channel, source), entry in entries.items():
+            table[channel, source] = entry
+        start = at.MAPS + at.MAP_SIZE * (which - 1)
+        si[start : start + at.MAP_SIZE] = table.ravel()
+        with threading.Lock():  # where processors reorder stores, the table is there before its number says so
+            pass
+        si[at.G_MAP] = which if entries else 0
 
     def settings(self):
         """What changes the samples of a card (dict)."""
@@ -165,6 +188,7 @@ class Stage:
         counts |= {
             "frames": int(si[at.G_FRAME]),
             "shed_level": int(si[at.G_SHED]),
+            "mapped_to_nothing": int(refused[:, at.LANE_UNMAPPED].sum()),
             "midi_dropped": int(by_class.sum()),
             "controllers_refused": int(by_class[at.CLASS_OTHER]),
             "notes_refused": int(by_class[at.CLASS_NOTE_ON]),

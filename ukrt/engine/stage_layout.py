@@ -22,6 +22,8 @@ CLASSES = 3
 ROOM = (QUEUE * 3 // 4, QUEUE * 15 // 16, QUEUE)  # messages waiting beyond which each class is refused (choices)
 SENSING_SECONDS = 0.33  # MIDI 1.0: after active sensing, silence of more than 300 ms means a cut cable
 
+MAP_TABLES, MAP_SOURCES = 2, 130  # what controllers mean (map_layout.py): 128, pressure, bend of each of 16 channels
+MAP_SIZE = 16 * MAP_SOURCES
 JOURNAL = 65536  # entries: frame, word of everything that acted, in order
 RING_FRAMES = 1 << 19  # of what the card got: 10.9 s at 48 kHz
 LOAD_BINS, LOAD_PER_OCTAVE, LOAD_FULL = 1024, 32, 512  # bin LOAD_FULL + LOAD_PER_OCTAVE log2(load)
@@ -44,7 +46,8 @@ _SI, SI_SIZE = _sections(
         "COUNTS": 64,
         "LANE_WRITE": 8 * LANES,  # each lane's number of messages ever written, 64 bytes apart (LANE_STEP)
         "LANE_READ": 8 * LANES,
-        "LANE_REFUSED": 8 * LANES,  # by class, written by the lane's writer
+        "LANE_REFUSED": 8 * LANES,  # by class, and LANE_UNMAPPED; written by the lane's writer
+        "MAPS": MAP_TABLES * MAP_SIZE,
         "LANE_SENSED": 8 * LANES,  # frame of the last message after active sensing began, else -1; written by the stage
         "LOAD": LOAD_BINS,  # blocks by the share of their period that they took
         "JOURNAL_AT": 2 * JOURNAL,
@@ -52,17 +55,18 @@ _SI, SI_SIZE = _sections(
     }
 )
 LANE_STEP = 8
+LANE_UNMAPPED = 3  # behind a lane's refusals: messages that the map drops
 LANE_SIZE = 2 * QUEUE
 globals().update(_SI)
 HEAD, COUNTS, LANE_WRITE, LANE_READ = _SI["HEAD"], _SI["COUNTS"], _SI["LANE_WRITE"], _SI["LANE_READ"]
 LANE_REFUSED, LANE_SENSED, LOAD = _SI["LANE_REFUSED"], _SI["LANE_SENSED"], _SI["LOAD"]
-JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
+JOURNAL_AT, QUEUES, MAPS = _SI["JOURNAL_AT"], _SI["QUEUES"], _SI["MAPS"]
 
 (
     G_FRAME, G_CHANNELS, G_SLOT, G_SWAP, G_SWAP_FRAME, G_SWAP_NUMBER, G_FADE, G_LIMITER, G_CAP, G_BUSY, G_THREAD,
     G_STAMP_SEQ, G_STAMP_FRAME, G_STAMP_NS, G_MUTE_END, G_CAP_CHUNK, G_CAP_USED, G_SHED, G_SHED_WANTED, G_SHED_HOT,
-    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_CAP_HELD, G_TORN,
-) = range(HEAD, HEAD + 27)  # fmt: skip
+    G_SHED_COOL, G_RING_FRAMES, G_RECORD, G_FADE_IN, G_STAMP_BLOCK, G_CAP_HELD, G_TORN, G_MAP,
+) = range(HEAD, HEAD + 28)  # fmt: skip
 # G_FRAME        the next frame to be computed
 # G_SLOT         which of the two instances is heard
 # G_SWAP         1: the other instance takes over at G_SWAP_FRAME (AT_ONCE: at the next block)
@@ -71,6 +75,7 @@ JOURNAL_AT, QUEUES = _SI["JOURNAL_AT"], _SI["QUEUES"]
 # G_CAP_HELD     1 while messages wait because of it
 # G_BUSY         1 while a host is inside the callback: a host that dies there leaves a torn state
 # G_TORN         1: a host died there; everything comes to rest at the beginning of the next block
+# G_MAP          which of the two tables of MAPS says what live controllers mean, 1 or 2; 0: they mean themselves
 # G_THREAD       the operating system's number of the thread that calls (0: not known)
 # G_STAMP_*      the start of the last block: frame and monotonic clock [ns], written between two steps of G_STAMP_SEQ
 # G_STAMP_BLOCK  its frames

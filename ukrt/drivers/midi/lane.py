@@ -7,6 +7,7 @@ can be missed, then new notes, and the end of notes only when it is full.
 import threading
 
 from ukrt.engine import stage_layout as at
+from ukrt.engine.map_layout import DROPPED, mapped
 from ukrt.engine.shared import attach_shared
 
 _PEDALS, _DOWN = range(64, 67), 64  # CC64 sustain to CC66 soft; values from 64 on are "down"
@@ -44,6 +45,17 @@ class Lane:
         self._refused = at.LANE_REFUSED + number * at.LANE_STEP
         self._queue = at.QUEUES + number * at.LANE_SIZE
         self._fence = threading.Lock()
+
+    def meaning(self, status, data1=0, data2=0):
+        """The message that a player's message means by the stage's map: (status, data1, data2).
+
+        None, and counted, where it means nothing.
+        """
+        word = mapped(self._si, status << 16 | data1 << 8 | data2)
+        if word == DROPPED:
+            self._si[self._refused + at.LANE_UNMAPPED] += 1
+            return None
+        return word >> 16, word >> 8 & 0xFF, word & 0xFF
 
     def push(self, frame, status, data1=0, data2=0):
         """Let a MIDI message act at ``frame``; a frame before that of a message still waiting becomes the same frame.

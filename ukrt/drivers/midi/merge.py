@@ -98,8 +98,9 @@ class Merger:
                 source.sensed = True
                 continue
             self.received += 1
-            source.held.take(*message)
-            self._lane.push(self._clock.acts_at(arrived), *message)
+            if (meant := self._lane.meaning(*message)) is not None:
+                source.held.take(*meant)
+                self._lane.push(self._clock.acts_at(arrived), *meant)
 
     def _silence(self, source):
         source.sensed = False

@@ -15,6 +15,7 @@ from ukrt.engine.kernels.jit import entry_point, kernel
 from ukrt.engine.kernels.machine import address_of, integers_at, load_acquire, singles_at, store_release
 from ukrt.engine.kernels.midi_bytes import midi_byte
 from ukrt.engine.kernels.queue import lane_push
+from ukrt.engine.map_layout import DROPPED, mapped
 
 _port_get_buffer = c_function("pointer", "pointer", "int")
 _midi_count = c_function("int", "pointer")  # jack_midi_get_event_count, jack_midi_get_lost_event_count
@@ -23,6 +24,8 @@ _last_frame_time = c_function("int", "pointer")
 _transport_query = c_function("int", "pointer", "pointer")
 _compute = c_function("int", "pointer", "pointer", "long", "pointer", "long", "pointer")
 _UINT32 = 0xFFFFFFFF
+_mapped = kernel(mapped)
+_UNMAPPED = stage.LANE_REFUSED + stage.LANE_STEP * stage.LANE_JACK + stage.LANE_UNMAPPED
 
 
 @kernel
@@ -109,9 +112,14 @@ def take_events(t, address, si, n_frames):
         data = bytes_at(t[event + at.EVENT_BYTES], size)
         for k in range(size):
             word = midi_byte(t, at.T_PARSER + p, np.int64(data[k]))
-            if word >= 0 and lane_push(si, stage.LANE_JACK, si[stage.G_FRAME] + offset, word):
+            if word < 0:
+                continue
+            meant = _mapped(si, word)
+            if meant == DROPPED:
+                si[_UNMAPPED] += 1
+            elif lane_push(si, stage.LANE_JACK, si[stage.G_FRAME] + offset, meant):
                 t[at.T_MESSAGES] += 1
-                _note_held(t, word)
+                _note_held(t, meant)
         t[at.T_EVENTS] += 1
         t[at.T_NEXT + p] += 1
         _load_event(t, address, p)

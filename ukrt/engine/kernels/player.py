@@ -23,7 +23,8 @@ from ukrt.engine.kernels.player_log import count, log_end, log_note
 from ukrt.engine.kernels.player_strings import ask, settle_string
 from ukrt.engine.kernels.player_touch import stopped_pitch
 
-NOTE_OFF, NOTE_ON, KEY_PRESSURE, CONTROL, PRESSURE, BEND, SYSTEM = 0x80, 0x90, 0xA0, 0xB0, 0xD0, 0xE0, 0xF0
+NOTE_OFF, NOTE_ON, KEY_PRESSURE, CONTROL, PROGRAM, PRESSURE, BEND = 0x80, 0x90, 0xA0, 0xB0, 0xC0, 0xD0, 0xE0
+SYSTEM = 0xF0
 SYSTEM_RESET = 0xFF
 
 
@@ -154,6 +155,8 @@ def _channel_message(d, i, frame, kind, channel, data1, data2):
         i[at.C_PRESSURE + channel] = data1
     elif kind == KEY_PRESSURE:
         set_key_pressure(i, channel, data1, data2)
+    elif kind == PROGRAM:  # whoever holds the guitars reads the journal
+        count(i, at.PROGRAMS)
     else:
         count(i, at.MESSAGES_IGNORED)
     if kind == CONTROL or kind == BEND:

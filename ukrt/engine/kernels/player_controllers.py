@@ -103,6 +103,8 @@ def control_change(d, i, frame, channel, controller, value):
         i[at.C_RPN + channel], i[at.C_BEND + channel] = at.RPN_NULL, 0
         i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
         reset_expression(i, channel)
+    elif controller == cc.BANK_MSB or controller == cc.BANK_LSB:
+        count(i, at.PROGRAMS)
     elif controller == cc.STRING or controller == cc.POSITION:
         _force(i, channel, controller, value)
     elif controller in (cc.DATA_MSB, cc.DATA_LSB, cc.INCREMENT, cc.DECREMENT):
