@@ -23,16 +23,17 @@ from ukrt.engine import stage_layout as at
 from ukrt.engine.map_layout import mapped
 from ukrt.engine.stage import Stage
 from ukrt.errors import PresetError
+from ukrt.model.presets import preset_names
 
 
 class World:
     """A dialogue with everything it touches; time passes as the test says."""
 
-    def __init__(self, folder, monkeypatch, names=(), mapping=Mapping()):
+    def __init__(self, folder, monkeypatch, names=(), *mapped_ones):
         self.now, self.said, self.sent, self.stage = 100.0, [], [], Stage(2)
         self._typed, self._read = [], threading.Semaphore(0)
         monkeypatch.setattr(learning.time, "monotonic", lambda: self.now)
-        self.controllers = Controllers(mapping, folder / "new" / "controllers.toml")
+        self.controllers = Controllers(Mapping(mapped_ones), folder / "new" / "controllers.toml")
         self.learning = Learning(self, self.controllers, list(names), self.said.append, self._line)
 
     def send(self, _frame, *message):
@@ -83,7 +84,7 @@ def test_a_box_of_knobs_on_another_channel_plays_the_keyboards_notes(tmp_path, m
 
 
 def test_what_is_typed(tmp_path, monkeypatch):
-    world = World(tmp_path, monkeypatch, (), Mapping((Mapped("mute", "CC 2", 1), Mapped("legato", "CC 3", 1))))
+    world = World(tmp_path, monkeypatch, (), Mapped("mute", "CC 2", 1), Mapped("legato", "CC 3", 1))
     world.type("place\n")
     world.move(0xE0, 0, range(64, 128))
     assert [str(one) for one in world.controllers.mapping.controllers][-1] == "bend of channel 1 plays place"
@@ -96,7 +97,7 @@ def test_what_is_typed(tmp_path, monkeypatch):
 
 
 def test_clear(tmp_path, monkeypatch):
-    world = World(tmp_path, monkeypatch, (), Mapping((Mapped("mute", "CC 2"),)))
+    world = World(tmp_path, monkeypatch, (), Mapped("mute", "CC 2"))
     world.type("clear\n")
     assert load_mapping(world.controllers.path) == Mapping() and world.meaning(0xB0, 2, 1) == (0xB0, 2, 1)
 
@@ -174,12 +175,16 @@ def test_what_is_learned_on_jack_is_played_through_rtmidi(begin, server, tmp_pat
         (mapped_one,) = load_mapping(tmp_path / "settings" / "controllers.toml").controllers
         assert mapped_one == Mapped("vibrato", "CC 30", 3)
 
-        playing = begin("--driver", "null", "--midi-in", "knobs", "--seconds", 2)
+        playing = begin("--driver", "null", "--midi-in", "knobs", "--seconds", 4)
         assert "CC 30 of channel 3 plays vibrato" in playing.stderr.readline()
         read_until(playing, "listening to knobs")
         sender.send((0x92, 52, 100), (0xB2, 30, 77), (0xB2, 31, 78), step=0.01)
-        assert {(1, 77), (31, 78)} <= (take := finished(playing, tmp_path, None)) and (30, 77) not in take
+        sender.send((0xB2, 32, 1), (0xC2, preset_names().index("drop-d")))
+        read_until(playing, "the guitar is now drop-d")
+        assert {(1, 77), (31, 78), (32, 1)} <= (take := finished(playing, tmp_path, None)) and (30, 77) not in take
         report = json.loads((tmp_path / "report.json").read_text())
+        assert report["guitar"] == "drop-d" and report["programs"] == {"chosen": 1, "unknown": 0}
+        assert report["counters"]["controllers_ignored"] == 1, "CC 31 alone"
         assert report["mapping"]["controllers"] == ["CC 30 of channel 3 plays vibrato"]
 
 

@@ -11,9 +11,9 @@ from ukrt.model.presets import preset_names
 
 
 class World:
-    def __init__(self, *names, overrides=None):
+    def __init__(self, *names, overrides=None, with_bank_1=True):
         self.shelf = PresetShelf(names or ["classical"], overrides)
-        self.programs = Programs(self.shelf)
+        self.programs = Programs(self.shelf, with_bank_1)
 
     def send(self, *messages, kind=at.KIND_MIDI):
         """Messages in the journal; what is said about them, in one piece."""
@@ -65,6 +65,12 @@ def test_programs_of_general_midi_change_nothing_and_are_told_once():
     assert said.startswith("no guitar answers to program change 24 of bank 0; the guitar stays") and "|" not in said
     assert world.send((0xC2, 30)) == "" and world.guitar == "classical"
     assert world.programs.counts() == {"chosen": 0, "unknown": 4}
+
+
+def test_a_piece_cannot_ask_for_what_was_not_named():
+    world = World("classical", "drop-d", with_bank_1=False)
+    assert "of bank 1" in world.send(*bank(0, 1), (0xC0, 1)) and world.guitar == "classical"
+    assert world.send(*bank(0, 0), (0xC0, 1)) == "program 1: drop-d"
 
 
 def test_settings_that_do_not_fit_another_guitar_leave_it():

@@ -53,7 +53,7 @@ class PresetShelf:
         if bank == 0:
             return program if program < self._named else None
         shipped = preset_names()
-        if bank != 1 or program >= len(shipped):
+        if bank > 1 or program >= len(shipped):
             return None
         name = shipped[program]
         if name not in self.names:

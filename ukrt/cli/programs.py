@@ -12,15 +12,21 @@ _REST = "the guitar stays as it is (others like it are only counted)"
 class Programs:
     """Bank 0 holds the guitars that ``--preset`` names, bank 1 those that come with the program.
 
+    Parameters
+    ----------
+    shelf : PresetShelf
+    with_bank_1 : bool
+        Not while a piece is played, whose bank 1 means somebody else's sounds (in Roland's GS, an older sound set).
+
     Attributes
     ----------
     chosen, unknown : int
         Program changes that a guitar answered to, or none.
     """
 
-    def __init__(self, shelf):
+    def __init__(self, shelf, with_bank_1=True):
         self.chosen = self.unknown = 0
-        self._shelf = shelf
+        self._shelf, self._most_bank = shelf, 1 if with_bank_1 else 0
         self._words = queue.SimpleQueue()
         self._banks = [[0, 0] for _ in range(16)]
 
@@ -70,7 +76,7 @@ class Programs:
     def _choose(self, bank, program):
         self._program = f"{program} of bank {bank}" if bank else f"{program}"
         try:
-            number = self._shelf.find(bank, program)
+            number = self._shelf.find(bank, program) if bank <= self._most_bank else None
         except UkrtError as error:
             return self._refuse(f"program {self._program}: {error}")
         if number is None:
