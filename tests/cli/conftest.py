@@ -9,7 +9,7 @@ import sys
 
 import mido
 import pytest
-from jack_server import Server
+from jack_servers import running_server
 from take_check import FILES
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -69,12 +69,8 @@ def piece(tmp_path):
 
 @pytest.fixture
 def server(tmp_path):
-    server = Server(tmp_path / "jackd.log")
-    try:
-        server.start()
+    with running_server(tmp_path) as server:
         yield server
-    finally:
-        server.end()
 
 
 @pytest.fixture

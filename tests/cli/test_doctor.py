@@ -3,15 +3,11 @@
 import contextlib
 import io
 import json
-import os
-import shutil
-import subprocess
 import sys
 import threading
-import time
-import uuid
 
 import pytest
+from jack_servers import NEEDS_JACK
 
 from ukrt.cli.main import main
 from ukrt.drivers.doctor import outputs as doctor_outputs
@@ -158,29 +154,13 @@ def test_counters_are_read_when_a_block_that_is_interrupted_has_ended():
 
 # On a server ---------------------------------------------------------------------------------------------------------
 @pytest.fixture
-def jack(tmp_path):
-    """A JACK server of our own; gives the environment that leads clients to it."""
-    if shutil.which("jackd") is None:
-        pytest.skip("needs jackd (Debian: apt-get install jackd2)")
-    name = f"ukrt-test-{uuid.uuid4().hex[:8]}"
-    log = tmp_path / "jackd.log"
-    with log.open("w") as file:
-        command = ["jackd", "-n", name, "--no-realtime", "-d", "dummy", "-r", "48000", "-p", "128"]
-        server = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
-    try:
-        ends = time.monotonic() + 10
-        wait = ["jack_wait", "-s", name, "-c"]
-        while not subprocess.run(wait, capture_output=True, text=True).stdout.startswith("running"):
-            if server.poll() is not None or time.monotonic() > ends:
-                pytest.skip(f"jackd does not start here: {log.read_text()[-300:]}")
-            time.sleep(0.1)
-        yield {**os.environ, "JACK_DEFAULT_SERVER": name, "JACK_NO_START_SERVER": "1"}
-    finally:
-        server.terminate()
-        server.wait(10)
+def jack(server):
+    """What leads clients to a JACK server of our own."""
+    return server.environment
 
 
-@pytest.mark.jack
+@NEEDS_JACK[0]
+@NEEDS_JACK[1]
 @pytest.mark.parametrize("driver", ["portaudio", "jack"])
 def test_a_server_at_its_own_period_and_another(jack, ukrt_process, driver):
     """Asked for 64 frames, the server's period is changed and given back: the second run finds the first one's."""
@@ -200,7 +180,8 @@ def test_a_server_at_its_own_period_and_another(jack, ukrt_process, driver):
     assert json.loads(out)["cells"][0]["block_frames"] == 128
 
 
-@pytest.mark.jack
+@NEEDS_JACK[0]
+@NEEDS_JACK[1]
 def test_a_rate_that_the_server_does_not_run_at_is_refused(jack, ukrt_process):
     pytest.importorskip("jack")
     code, out, err = ukrt_process("doctor", "--driver", "jack", "--rate", "44100", environment=jack)

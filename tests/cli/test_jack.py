@@ -1,17 +1,13 @@
 """``ukrt play`` on a real audio server through PortAudio: JACK with its dummy driver."""
 
 import re
-import shutil
 import signal
 import time
 
-import pytest
-from jack_server import ended, outlived
+from jack_play import ended, outlived
+from jack_servers import NEEDS_JACK
 
-pytestmark = [
-    pytest.mark.jack,
-    pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)"),
-]
+pytestmark = NEEDS_JACK
 
 
 def test_devices_lists_the_server(server, ukrt_process):

@@ -1,7 +1,6 @@
 """``ukrt play --learn``: what is typed and moved becomes a file, and what that says is heard; on JACK and RtMidi."""
 
 import json
-import shutil
 import signal
 import threading
 import time
@@ -10,7 +9,8 @@ import mido
 import numpy as np
 import pytest
 from drivers.midi_rig import Sender
-from jack_server import ended
+from jack_play import ended
+from jack_servers import NEEDS_JACK
 
 from ukrt.cli import learning
 from ukrt.cli.learning import Controllers, Learning, wanted_functions
@@ -154,14 +154,13 @@ def test_names_are_taken_once():
 
 
 # With everything ------------------------------------------------------------------------------------------------------
-@pytest.mark.jack
-@pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)")
+@NEEDS_JACK[0]
+@NEEDS_JACK[1]
 def test_what_is_learned_on_jack_is_played_through_rtmidi(begin, server, tmp_path, monkeypatch):
     """And neither take needs the mapping to be repeated bit for bit (`ended` renders it)."""
     pytest.importorskip("rtmidi")
     server.environment["UKRT_CONFIG_DIR"] = str(tmp_path / "settings")
-    monkeypatch.setenv("JACK_DEFAULT_SERVER", server.name)
-    monkeypatch.setenv("JACK_NO_START_SERVER", "1")
+    server.lead(monkeypatch)
     sweep = [(0xB2, 30, value) for value in range(0, 128, 4)]
     with Sender("knobs") as sender:
         playing = begin("--driver", "jack", "--midi-in", "knobs", "--learn", "vibrato", "--seconds", 30)

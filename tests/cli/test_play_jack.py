@@ -1,18 +1,15 @@
 """``ukrt play --driver jack``: a client of its own on a real server, JACK with its dummy driver."""
 
-import shutil
 import signal
 import time
 
 import pytest
-from jack_server import ended, outlived, played_keys
+from jack_play import ended, outlived, played_keys
+from jack_servers import NEEDS_JACK
 
 from ukrt.cli.main import main
 
-pytestmark = [
-    pytest.mark.jack,
-    pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)"),
-]
+pytestmark = NEEDS_JACK
 
 
 def test_a_piece_is_played_and_kept(begin, piece, tmp_path):

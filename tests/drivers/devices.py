@@ -1,15 +1,6 @@
-"""Outputs whose fate is in the test's hands, and a JACK server that can be killed, frozen and started again."""
+"""Outputs whose fate is in the test's hands."""
 
-import contextlib
-import os
-import pathlib
-import shutil
-import signal
-import subprocess
 import time
-import uuid
-
-import pytest
 
 from ukrt.drivers.sound.null import NullOutput
 
@@ -59,63 +50,3 @@ class Device:
         self._diary.append(f"{self.name} closes")
         self.die()
         return True
-
-
-needs_jack = [
-    pytest.mark.jack,
-    pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)"),
-]
-
-
-class JackServer:
-    """A JACK server of our own with the dummy driver, on a name that it keeps over its lives."""
-
-    def __init__(self, log):
-        self.name = f"ukrt-test-{uuid.uuid4().hex[:8]}"
-        self._log, self._process = log, None
-
-    @property
-    def environment(self):
-        """What leads clients to this server."""
-        return {"JACK_DEFAULT_SERVER": self.name, "JACK_NO_START_SERVER": "1"}
-
-    def start(self, rate=48000, period=128, outputs=2):
-        command = ["jackd", "-n", self.name, "--no-realtime", "-d", "dummy", "-r", str(rate), "-p", str(period)]
-        command += ["-P", str(outputs)]
-        ends = time.monotonic() + 30
-        while not self._ask("jack_wait", "-s", self.name, "-c").startswith("running"):
-            if time.monotonic() > ends:
-                pytest.skip(f"jackd does not start here: {self._log.read_text()[-300:]}")
-            if self._process is None or self._process.poll() is not None:  # JACK has room for eight servers at a time
-                with self._log.open("a") as file:
-                    self._process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
-            time.sleep(0.1)
-
-    def stop(self):
-        """End it as a user would; a server that is killed outright leaves its name in JACK's registry."""
-        if self._process is not None:
-            self._process.send_signal(signal.SIGCONT)
-            self._process.send_signal(signal.SIGTERM)
-            self._process.wait(10)
-            self._process = None
-            for left in pathlib.Path("/dev/shm").glob(f"jack_sem*{self.name}_*"):  # by clients that were killed
-                left.unlink(missing_ok=True)
-
-    @contextlib.contextmanager
-    def frozen(self):
-        self._process.send_signal(signal.SIGSTOP)
-        try:
-            yield
-        finally:
-            self._process.send_signal(signal.SIGCONT)
-
-    def set_period(self, frames):
-        self._ask("jack_bufsize", str(frames))
-
-    def ports(self):
-        """The names of all ports (list of str)."""
-        return self._ask("jack_lsp").split()
-
-    def _ask(self, *command):
-        environment = {**os.environ, **self.environment}
-        return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=20).stdout

@@ -1,13 +1,6 @@
 """What tests of the JACK driver stand on: a server of their own, another client that sends, a third that records."""
 
-import ctypes
-import os
-import shutil
-import signal
-import subprocess
-import sys
 import time
-import uuid
 
 import numpy as np
 import pytest
@@ -18,25 +11,22 @@ try:
 except (ImportError, OSError) as error:
     pytest.skip(f"needs JACK-Client and libjack: {error}", allow_module_level=True)
 
+from jack_servers import JackServer
+
 from ukrt.drivers.jack.client import JackOutput
 from ukrt.engine import stage_layout as stage
 from ukrt.engine.kernels.machine import integers_at
 from ukrt.engine.kernels.queue import first_frame, take_first
 
-MARKS = [
-    pytest.mark.jack,
-    pytest.mark.skipif(shutil.which("jackd") is None, reason="needs jackd (Debian: apt-get install jackd2)"),
-]
-
 
 class World:
     """A server and what was opened on it, our process led to it; all is closed and ended afterwards."""
 
-    def __init__(self, folder, monkeypatch, **options):
-        self.server = Server(folder / "jackd.log", **options)
+    def __init__(self, folder, monkeypatch, sync=False, period=128):
+        self.server = JackServer(folder / "jackd.log", sync, realtime=True)
         self._opened = []
-        monkeypatch.setenv("JACK_DEFAULT_SERVER", self.server.name)
-        monkeypatch.setenv("JACK_NO_START_SERVER", "1")
+        self.server.start(period=period)
+        self.server.lead(monkeypatch)
 
     def open(self, kind, *arguments, **options):
         """Open something that has a ``close``."""
@@ -64,45 +54,6 @@ class World:
             self.close()
         finally:
             self.server.end()
-
-
-class Server:
-    """``jackd`` with its dummy driver under a name of our own."""
-
-    def __init__(self, log, sync=False, rate=48000, period=128):
-        self.name = f"ukrt-test-{uuid.uuid4().hex[:8]}"
-        self.log, self.sync, self._process = log, sync, None
-        self.start(rate, period)
-
-    def start(self, rate=48000, period=128):
-        """Start it, again under the same name if it has ended; skip the test where it does not start."""
-        realtime = ["-R", "-P70"] if os.geteuid() == 0 else ["--no-realtime"]
-        tail = ["-d", "dummy", "-r", str(rate), "-p", str(period)]
-        with self.log.open("a") as file:
-            command = ["jackd", "-n", self.name, *["-S"] * self.sync, *realtime, *tail]
-            self._process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT, preexec_fn=_end_with_us)
-        wait = ["jack_wait", "-s", self.name, "-c"]
-        wait_until(
-            lambda: subprocess.run(wait, capture_output=True, text=True).stdout.startswith("running"),
-            lambda: pytest.skip(f"jackd does not start here: {self.log.read_text()[-300:]}"),
-            10.0,
-        )
-
-    def end(self, with_signal=signal.SIGTERM):
-        """End it; after SIGKILL it must be started and ended once more, or its name stays taken."""
-        if self._process.poll() is None:
-            self._process.send_signal(with_signal)
-        self._process.wait(10)
-
-    def suspend(self, stopped):
-        """Freeze it, or let it go on."""
-        self._process.send_signal(signal.SIGSTOP if stopped else signal.SIGCONT)
-
-
-def _end_with_us():
-    """Linux ends the server when the tests die: one left over takes one of the eight names that all servers share."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
 
 
 def wait_until(condition, otherwise=lambda: pytest.fail("it did not happen in time"), seconds=5.0):

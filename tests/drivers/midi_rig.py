@@ -1,19 +1,13 @@
-"""What the MIDI tests share: a stage in shared memory whose blocks a thread counts and stamps, a JACK server, another
-program that sends, and the MIDI process that listens."""
+"""What the MIDI tests share: a stage in shared memory whose blocks a thread counts and stamps, another program that
+sends, and the MIDI process that listens."""
 
 import contextlib
 import json
-import os
 import pathlib
-import shutil
-import signal
 import subprocess
 import sys
 import threading
 import time
-import uuid
-
-import pytest
 
 from ukrt.drivers.midi.process import MidiProcess
 from ukrt.engine import stage_layout as at
@@ -89,65 +83,12 @@ class Stage:
         self.block.close()
 
 
-class JackServer:
-    """A JACK server of our own with the dummy driver.
-
-    A patient one waits for its clients (-S); with others a cycle that a busy machine misses loses what a sender had
-    put into it.
-    """
-
-    def __init__(self, patient):
-        self.name, self._process = f"ukrt-test-{uuid.uuid4().hex[:8]}", None
-        self._mode = ["-S"] if patient else []
-
-    def start(self):
-        """Start it, also again; skips the test where JACK does not run."""
-        command = ["jackd", "-n", self.name, *self._mode, "--no-realtime", "-d", "dummy", "-r", "48000", "-p", "128"]
-        self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        waiting = ["jack_wait", "-s", self.name, "-w", "-t", "10"]
-        subprocess.run(waiting, env=self.environment(), capture_output=True)
-        if self._process.poll() is not None:
-            pytest.skip("jackd does not start here")
-
-    def stop(self):
-        """End it."""
-        self._process.send_signal(signal.SIGTERM)
-        self._process.wait(10)
-
-    def signal(self, number):
-        """Send it a signal."""
-        self._process.send_signal(number)
-
-    def environment(self):
-        """What leads clients to it (dict)."""
-        return {**os.environ, "JACK_DEFAULT_SERVER": self.name, "JACK_NO_START_SERVER": "1"}
-
-
-needs_jack = pytest.mark.skipif(
-    shutil.which("jackd") is None or shutil.which("jack_wait") is None,
-    reason="needs jackd (Debian: apt-get install jackd2)",
-)
-
-
 def wait_until(condition, seconds=15.0):
     """Wait for something that happens by itself."""
     ends = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < ends, "waited too long"
         time.sleep(0.01)
-
-
-@contextlib.contextmanager
-def running_server(monkeypatch, patient):
-    """A JACK server that clients of this process and its children go to."""
-    server = JackServer(patient)
-    for key in ("JACK_DEFAULT_SERVER", "JACK_NO_START_SERVER"):
-        monkeypatch.setenv(key, server.environment()[key])
-    server.start()
-    try:
-        yield server
-    finally:
-        server.stop()
 
 
 @contextlib.contextmanager

@@ -5,7 +5,8 @@ import signal
 import subprocess
 
 import pytest
-from devices import JackServer, needs_jack, wait_until
+from devices import wait_until
+from jack_servers import NEEDS_JACK, running_server
 from live_bench import make_engine
 
 from ukrt.drivers.live.session import LiveSession
@@ -14,20 +15,14 @@ from ukrt.drivers.sound.process import AudioProcess
 from ukrt.errors import DeviceError
 from ukrt.model.presets import load_preset
 
-pytestmark = needs_jack
+pytestmark = NEEDS_JACK
 
 
 @pytest.fixture
 def jack(tmp_path, monkeypatch):
     """A running JACK server that this process and its children find."""
-    server = JackServer(tmp_path / "jackd.log")
-    for name, value in server.environment.items():
-        monkeypatch.setenv(name, value)
-    try:
-        server.start()
+    with running_server(tmp_path, monkeypatch) as server:
         yield server
-    finally:
-        server.stop()
 
 
 @pytest.fixture
@@ -110,13 +105,13 @@ def test_the_child_plays_and_ends(jack, engine):
 
 @pytest.mark.parametrize(("outputs", "channels", "opened"), [(1, None, 1), (6, None, 2), (6, 1, 1), (6, 5, 5)])
 def test_cards_of_one_and_of_many_channels(jack, engine, outputs, channels, opened):
-    jack.stop()
+    jack.end()
     jack.start(outputs=outputs)
     output = AudioProcess(engine, channels=channels)
     output.start()
     try:
         wait_until(lambda: engine.frame >= 4800)
-        assert sum(port.startswith("PortAudio:") for port in jack.ports()) == opened
+        assert sum(port.startswith("PortAudio:") for port in jack.ask("jack_lsp").split()) == opened
     finally:
         assert output.close()
 
@@ -181,7 +176,7 @@ def test_a_session_outlives_its_server_at_another_rate_too(jack, engine, open_ou
     bench = Bench(engine, open_output)
     with bench.session as session:
         bench.hold_a_note()
-        jack.stop()
+        jack.end()
         bench.wait(lambda: session.away)
         bench.advance()
         bench.check_the_note()
@@ -189,7 +184,7 @@ def test_a_session_outlives_its_server_at_another_rate_too(jack, engine, open_ou
         jack.start()
         bench.is_back(1)
         bench.check_the_note()
-        jack.stop()
+        jack.end()
         bench.wait(lambda: session.away)
         jack.start(rate=44100, period=256)
         bench.is_back(2)
@@ -232,7 +227,7 @@ def test_the_period_may_change_while_playing(jack, engine, open_output):
     with bench.session as session:
         bench.hold_a_note()
         for period in (64, 512, 64):
-            jack.set_period(period)
+            jack.ask("jack_bufsize", str(period))
             bench.wait(lambda: session.state()["block_size"] == period)  # noqa: B023
             bench.advance()
         bench.check_the_note()

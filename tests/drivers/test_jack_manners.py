@@ -4,14 +4,15 @@ import sys
 import time
 
 import pytest
-from drivers.jack_world import MARKS, PulseEngine, Recorder, Sender, World, wait_until
+from drivers.jack_world import PulseEngine, Recorder, Sender, World, wait_until
+from jack_servers import NEEDS_JACK
 
 from ukrt.drivers.jack import server as jack_library
 from ukrt.drivers.jack.client import JackOutput, find_server, server_rate
 from ukrt.engine import jack_layout as at
 from ukrt.errors import DeviceError, MissingExtraError
 
-pytestmark = MARKS
+pytestmark = NEEDS_JACK
 
 
 @pytest.fixture

@@ -13,23 +13,24 @@ import threading
 import time
 
 import pytest
-from midi_rig import Sender, Stage, listening, needs_jack, running_server, send_until_heard, wait_until
+from jack_servers import NEEDS_JACK, running_server
+from midi_rig import Sender, Stage, listening, send_until_heard, wait_until
 
 from ukrt.drivers.midi.lane import StageView
 
 pytest.importorskip("rtmidi")
-pytestmark = [pytest.mark.jack, needs_jack]
+pytestmark = NEEDS_JACK
 
 
 @pytest.fixture
-def server(monkeypatch):
-    with running_server(monkeypatch, patient=False) as server:
+def server(monkeypatch, tmp_path):
+    with running_server(tmp_path, monkeypatch) as server:
         yield server
 
 
 @pytest.fixture
-def patient_server(monkeypatch):
-    with running_server(monkeypatch, patient=True) as server:
+def patient_server(monkeypatch, tmp_path):
+    with running_server(tmp_path, monkeypatch, sync=True) as server:
         yield server
 
 
@@ -201,25 +202,25 @@ def test_a_child_that_hangs_ends_itself_and_is_followed_by_another(server, stage
     with Sender("one") as one, listening(stage, wanted="all") as process:
         os.kill(process.pid, signal.SIGSTOP)
         with Sender("two") as two:
-            server.signal(signal.SIGSTOP)
+            server.suspend(True)
             os.kill(process.pid, signal.SIGCONT)
             wait_until(lambda: process.counts()["restarts"] == 1)
-            server.signal(signal.SIGCONT)
+            server.suspend(False)
             wait_until(lambda: sorted(process.ports()) == [one.name, two.name])
 
 
 def test_a_server_that_stands_still_holds_up_neither_start_nor_end(server, stage):
-    server.signal(signal.SIGSTOP)
+    server.suspend(True)
     try:
         with listening(stage, wanted="all") as process:
             assert process.ports() == []
     finally:
-        server.signal(signal.SIGCONT)
+        server.suspend(False)
     with Sender() as sender, listening(stage, wanted="all") as process:
         wait_until(lambda: process.ports() == [sender.name])
-        server.signal(signal.SIGSTOP)
+        server.suspend(True)
         process.close()
-        server.signal(signal.SIGCONT)
+        server.suspend(False)
         assert process.pid is None
 
 
@@ -229,7 +230,7 @@ def test_a_server_that_dies_and_comes_back(patient_server, stage):
             wait_until(lambda: process.ports() == [sender.name])
             sender.send((0x90, 60, 100))
             wait_until(lambda: len(stage.take()) == 1)
-            patient_server.stop()
+            patient_server.end()
             wait_until(lambda: process.ports() == [])
             wait_until(lambda: stage.take()[-1][1] == (0x80, 60, 0))
         assert any("JACK server has gone" in sentence for sentence in process.news())

@@ -1,50 +1,11 @@
-"""A JACK server with its dummy driver for tests, and what they do with ``ukrt play`` on it."""
+"""What tests do with ``ukrt play`` on a JACK server."""
 
 import json
-import os
 import signal
-import subprocess
 import time
-import uuid
 
 import mido
-import pytest
 from take_check import assert_take_is_what_was_heard
-
-
-class Server:
-    """A JACK server of our own, which can be ended and started again.
-
-    Attributes
-    ----------
-    environment : dict
-        Leads clients to it.
-    log : pathlib.Path
-        What it says.
-    """
-
-    def __init__(self, log):
-        self.name, self.log, self._process = f"ukrt-test-{uuid.uuid4().hex[:8]}", log, None
-        self.environment = {**os.environ, "JACK_DEFAULT_SERVER": self.name, "JACK_NO_START_SERVER": "1"}
-
-    def start(self, rate=48000, period=128):
-        command = ["jackd", "-n", self.name, "--no-realtime", "-d", "dummy", "-r", str(rate), "-p", str(period)]
-        with self.log.open("w") as file:
-            self._process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
-        ends = time.monotonic() + 20
-        while not self._runs():
-            if self._process.poll() is not None or time.monotonic() > ends:
-                pytest.skip(f"jackd does not start here: {self.log.read_text()[-300:]}")
-            time.sleep(0.1)
-
-    def _runs(self):
-        asked = subprocess.run(["jack_wait", "-s", self.name, "-c"], capture_output=True, text=True)
-        return asked.stdout.startswith("running")
-
-    def end(self):
-        if self._process.poll() is None:
-            self._process.send_signal(signal.SIGTERM)
-        self._process.wait(20)
 
 
 def ended(playing, folder, code=0):
