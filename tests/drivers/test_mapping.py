@@ -1,5 +1,6 @@
 """What knobs mean: the table, alike in plain Python and compiled; the lanes' writers; the file it is kept in."""
 
+import re
 import threading
 
 import pytest
@@ -9,8 +10,8 @@ from test_midi_merge import World
 
 from ukrt.drivers.midi.listen import CHATTER, SETTLE_SECONDS, Listener
 from ukrt.drivers.midi.mapping import Mapped, Mapping, load_mapping, mapping_path, mapping_text
-from ukrt.engine import controller_layout
 from ukrt.engine import stage_layout as at
+from ukrt.engine.controller_layout import CONTROLLERS
 from ukrt.engine.controller_names import FUNCTIONS, NO_KNOBS
 from ukrt.engine.map_layout import DROPPED, mapped
 from ukrt.engine.stage import Stage
@@ -114,7 +115,8 @@ def test_an_input_that_goes_lets_go_of_a_pedal_that_only_the_map_makes_one():
 
 
 def test_every_controller_has_a_name_by_which_it_is_learned():
-    numbers = {value for value in vars(controller_layout).values() if isinstance(value, int)}
+    said = " ".join(message for message, _ in CONTROLLERS)
+    numbers = {int(number) for number in re.findall(r"\bCC (\d+)", said)}
     assert numbers - set(NO_KNOBS) == set(FUNCTIONS.values()) and len(set(FUNCTIONS.values())) == len(FUNCTIONS)
 
 
