@@ -11,9 +11,9 @@ from ukrt.model.presets import preset_names
 
 
 class World:
-    def __init__(self, *names, overrides=None, with_bank_1=True):
+    def __init__(self, *names, overrides=None, of_piece=False):
         self.shelf = PresetShelf(names or ["classical"], overrides)
-        self.programs = Programs(self.shelf, with_bank_1)
+        self.programs = Programs(self.shelf, of_piece)
 
     def send(self, *messages, kind=at.KIND_MIDI):
         """Messages in the journal; what is said about them, in one piece."""
@@ -61,16 +61,27 @@ def test_banks_belong_to_channels_until_a_system_reset():
 
 def test_programs_of_general_midi_change_nothing_and_are_told_once():
     world = World("classical", "drop-d")
-    said = world.send((0xC0, 24), *bank(121, 1), (0xC0, 0), *bank(0, 8), (0xC0, 24), (0xC9, 1))
-    assert said.startswith("no guitar answers to program change 24 of bank 0; the guitar stays") and "|" not in said
+    said = world.send((0xC0, 25), *bank(121, 1), (0xC0, 0), *bank(0, 8), (0xC0, 24), (0xC9, 1))
+    assert said.startswith("no guitar answers to program change 25 of bank 0; the guitar stays") and "|" not in said
     assert world.send((0xC2, 30)) == "" and world.guitar == "classical"
     assert world.programs.counts() == {"chosen": 0, "unknown": 4}
 
 
 def test_a_piece_cannot_ask_for_what_was_not_named():
-    world = World("classical", "drop-d", with_bank_1=False)
+    world = World("classical", "drop-d", of_piece=True)
     assert "of bank 1" in world.send(*bank(0, 1), (0xC0, 1)) and world.guitar == "classical"
     assert world.send(*bank(0, 0), (0xC0, 1)) == "program 1: drop-d"
+
+
+def test_a_nylon_guitar_is_what_there_is():
+    world = World("classical", "drop-d")
+    assert world.send((0xC0, 1), (0xC0, 24)) == "program 1: drop-d" and world.programs.unknown == 0
+    assert World(*["drop-d"] * 24, "classical").send((0xC0, 24)) == "program 24: classical", "unless so many are named"
+
+
+def test_a_piece_on_one_guitar_is_silent_about_its_pianos():
+    world = World(of_piece=True)
+    assert world.send((0xC0, 3), (0xC1, 48)) == "" and world.programs.unknown == 2
 
 
 def test_settings_that_do_not_fit_another_guitar_leave_it():

@@ -76,7 +76,7 @@ class Playing:
         self._args, self._shelf, self._interrupts, self._status = args, shelf, interrupts, status
         self._session, self._away, self._failure = None, False, None
         self._news = []  # (seconds, sentence)
-        self._programs, self._controllers, self._learning = Programs(shelf, piece[0] is None), controllers, None
+        self._programs, self._controllers, self._learning = Programs(shelf, piece[0] is not None), controllers, None
         self._piece, self._fingering = piece
         self._demo = False  # whether the piece is the bundled one, for want of a keyboard
         self._next_look = self._next_show = self._next_ports = 0.0

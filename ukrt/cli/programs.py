@@ -6,6 +6,7 @@ from ..errors import UkrtError
 
 _SYSTEM_RESET, _CONTROL, _PROGRAM, _PERCUSSION = 0xFF, 0xB0, 0xC0, 9
 _BANKS = (0, 32)  # CC 0 and 32: the bank's upper and lower half
+_NYLON_GUITAR = (0, 24)
 _REST = "the guitar stays as it is (others like it are only counted)"
 
 
@@ -15,18 +16,21 @@ class Programs:
     Parameters
     ----------
     shelf : PresetShelf
-    with_bank_1 : bool
-        Not while a piece is played, whose bank 1 means somebody else's sounds (in Roland's GS, an older sound set).
+    of_piece : bool
+        They are a piece's: its bank 1 means somebody else's sounds (in Roland's GS, an older sound set) and chooses
+        nothing, and where there is but one guitar nobody need hear of its pianos.
 
     Attributes
     ----------
     chosen, unknown : int
-        Program changes that a guitar answered to, or none.
+        Program changes that a guitar answered to, or none; General MIDI's nylon guitar is neither, where so many are
+        not named.
     """
 
-    def __init__(self, shelf, with_bank_1=True):
+    def __init__(self, shelf, of_piece=False):
         self.chosen = self.unknown = 0
-        self._shelf, self._most_bank = shelf, 1 if with_bank_1 else 0
+        self._shelf, self._most_bank = shelf, 0 if of_piece else 1
+        self._told = of_piece and len(shelf.names) == 1
         self._words = queue.SimpleQueue()
         self._banks = [[0, 0] for _ in range(16)]
 
@@ -57,7 +61,7 @@ class Programs:
         while not self._words.empty():
             news += self._take(self._words.get())
         if self._shelf.chosen != before:
-            news.append(f"program {self._program}: {self._shelf.names[self._shelf.chosen]}")
+            news.append(f"{self._asked}: {self._shelf.names[self._shelf.chosen]}")
         return news
 
     def _take(self, word):
@@ -74,17 +78,21 @@ class Programs:
         return []
 
     def _choose(self, bank, program):
-        self._program = f"{program} of bank {bank}" if bank else f"{program}"
+        words = f"program {program} of bank {bank}" if bank else f"program {program}"
         try:
             number = self._shelf.find(bank, program) if bank <= self._most_bank else None
         except UkrtError as error:
-            return self._refuse(f"program {self._program}: {error}")
+            return self._refuse(f"{words}: {error}")
+        if number is None and (bank, program) == _NYLON_GUITAR:
+            return []  # of General MIDI: that is what there is
         if number is None:
             return self._refuse(f"no guitar answers to program change {program} of bank {bank}")
         self.chosen += 1
         self._shelf.choose(number)
+        self._asked = words
         return []
 
     def _refuse(self, words):
         self.unknown += 1
-        return [f"{words}; {_REST}"] if self.unknown == 1 else []
+        told, self._told = self._told, True
+        return [] if told else [f"{words}; {_REST}"]
