@@ -25,6 +25,28 @@ def _upper(x):
     return _middle(x, 2.0) + _lowest(x, 1)
 
 
+def _items(x, n, single, out):
+    """Elements by every kind of index and value that kernels use."""
+    k = len(x) - 1
+    x[0], x[-1], x[-2] = x[k] + 1.0, n[-3], n[0]
+    n[1], n[k - 2 - k] = 7, n[2] + 3
+    single[np.int64(2)] = np.float32(x[1]) / np.float32(3.0)
+    for j in range(np.uint64(1), np.uint64(3)):
+        x[j] += single[j] * n[np.int32(j)]
+    for j in range(-3, 0):
+        out[j] = x[j] - n[j]
+    n[0] = True
+    return x[-k] + n[-1] + single[-1]
+
+
+_kernel_of_items = kernel(_items)
+
+
+@kernel
+def _call_items(x, n, single, out):
+    return _kernel_of_items(x, n, single, out)
+
+
 @numba.njit
 def _foreign(x):
     """A function of Numba's own kind."""
@@ -62,3 +84,14 @@ def test_functions_of_numbas_own_kind_may_call_kernels():
 def test_a_kernel_without_the_compiler_is_a_function(monkeypatch):
     monkeypatch.setattr(numba.core.config, "DISABLE_JIT", 1)
     assert kernel(abs) is abs
+
+
+@pytest.mark.parametrize("items", [_kernel_of_items, _call_items], ids=["whole", "part"])
+def test_elements_are_those_of_python(items):
+    def arrays():
+        return np.arange(5.0) / 3.0, np.arange(3, 9), np.array([1.5, 2.5, 3.5], np.float32), np.zeros(4)
+
+    expected, got = arrays(), arrays()
+    assert items(*got) == _items(*expected)
+    for one, other in zip(got, expected, strict=True):
+        assert one.tobytes() == other.tobytes()

@@ -11,14 +11,19 @@ Numba's compiler is meant to be given other passes (``pipeline_class``); what go
 Numba moves them.
 """
 
+import functools
 import sys
 
 from numba import _dynfunc, types
 from numba.core import compiler
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import register_pass
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import NativeLowering, NopythonRewrites
+from numba.core.untyped_passes import InlineClosureLikes
 from numba.extending import models, register_model
+
+from ukrt.engine.kernels.lowering import ShortLower
+from ukrt.engine.kernels.typing import RememberingContext
 
 
 class _Part(JITCodeLibrary):
@@ -70,9 +75,11 @@ class _LowerPart(NativeLowering):
     """Make LLVM of a kernel for other kernels, and stop there."""
 
     _name = "lower_part_of_ukrt"
+    lowering_class = ShortLower
 
     def run_pass(self, state):
         state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.targetctx = state.targetctx.subtarget(enable_nrt=False)  # nothing is allocated: no references to count
         state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
         done = super().run_pass(state)
         # Numba knows compiled functions by an object of this kind. Nobody calls this one: its address is 0.
@@ -95,13 +102,28 @@ class _LowerWhole(NativeLowering):
         return super().run_pass(state)
 
 
+# What kernels never hold: functions inside functions, and expressions of whole arrays.
+_IDLE = (InlineClosureLikes, NopythonRewrites)
+
+
+@functools.cache
+def _remembering(context):
+    return RememberingContext(context)
+
+
 def _pipeline(lowering):
     """Numba's usual passes with another one at the end."""
 
     class Pipeline(compiler.CompilerBase):
+        def __init__(self, typingctx, *rest):
+            super().__init__(typingctx, *rest)
+            self.state.typingctx = _remembering(typingctx)
+            self.state.targetctx = self.state.targetctx.subtarget(typing_context=self.state.typingctx)
+
         def define_pipelines(self):
             manager = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
-            manager.passes = [(lowering if one is NativeLowering else one, why) for one, why in manager.passes]
+            passes = [(lowering if one is NativeLowering else one, why) for one, why in manager.passes]
+            manager.passes = [(one, why) for one, why in passes if one not in _IDLE]
             manager.finalize()
             return [manager]
 
