@@ -209,9 +209,19 @@ def announce_compiling(last, what="the engine", long="half a minute"):
     return missing
 
 
+def _begin_compiling():
+    """Say so where the engine has to be compiled first, and let a second process help; returns whether it has to be."""
+    missing = announce_compiling("callback")
+    if missing:
+        from .compiling import share_compiling
+
+        share_compiling()
+    return missing
+
+
 def make_engine(guitar, rate, **options):
     """An engine for ``guitar``; says so where it has to be compiled first."""
-    announce_compiling("callback")
+    _begin_compiling()
     from ..engine.engine import Engine
 
     return Engine(guitar, float(rate), **options)
@@ -219,7 +229,7 @@ def make_engine(guitar, rate, **options):
 
 def need_compiled(guitar):
     """Compile the engine where that has not been done yet, before several processes would do it side by side."""
-    if announce_compiling("callback"):
+    if _begin_compiling():
         from ..engine.engine import Engine
 
         with contextlib.closing(Engine(guitar, 48000.0)) as engine:

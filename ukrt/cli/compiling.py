@@ -1,0 +1,55 @@
+"""A second process that shares the compiling before the first sound.
+
+Run as ``python -m ukrt.cli.compiling`` it compiles everything beside the callback into the cache of compiled code: what
+Python calls to prepare an engine, and the callbacks of the drivers. The command itself compiles the callback meanwhile
+and finds the rest there. Whichever comes first leaves whole files; what is missing, the command makes itself.
+"""
+
+import atexit
+import os
+import pathlib
+import subprocess
+import sys
+
+_ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def share_compiling():
+    """Start the second process, if there is a second core; it ends with this one at the latest."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if cores == 1:
+        return
+    paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "ukrt.cli.compiling"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
+    )
+    atexit.register(_end, process)
+
+
+def _end(process):
+    process.kill()  # files in the cache are written elsewhere and renamed
+    process.wait()
+
+
+def compile_beside():
+    """Call or import whatever is compiled on its own, but for the callback."""
+    from ..engine.instance import Instance
+    from ..engine.kernels.energy import total_energy
+    from ..engine.kernels.machine import ticks_now
+    from ..engine.kernels.queue import lane_push
+    from ..engine.stage import Stage
+    from ..model.presets import load_preset
+
+    instance, stage = Instance(load_preset("classical"), 48000.0), Stage(2)
+    total_energy(instance.d, instance.i)
+    lane_push(stage.si, 0, 0, 0)
+    ticks_now()
+    from ..engine.kernels import idle, jack, jack_notices, spread  # noqa: F401
+
+
+if __name__ == "__main__":
+    compile_beside()
