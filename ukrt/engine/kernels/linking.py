@@ -52,7 +52,6 @@ class _Whole(JITCodeLibrary):
         needed = _all_needed(self)
         for part in needed:
             if isinstance(part, _Part):
-                self._reload_init.update(part._reload_init)
                 self._final_module.link_in(part.own_module(), preserve=True)
         self._linking_libraries = [library for library in needed if not isinstance(library, _Part)]
         super().finalize()
