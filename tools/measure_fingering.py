@@ -5,13 +5,14 @@
 Without files the bundled piece is measured. Both ways, note by note as in live play and with look-ahead, are played by
 the compiled player without sound; what is counted is read from its log of notes, for both by the same rules:
 
-placed      notes that got a string at a fret, of all notes in the file
-octave      notes moved by octaves into the instrument's range
+playable    notes that begin under a hand that there is, of all notes in the file
+dropped     notes that got no string
+moved       notes moved by octaves into the instrument's range
 cut         notes that lose their string, or their finger, before their end in the file
 hands       moments whose stopped notes no hand can hold (wider than the widest stretch, or more than four fingers)
 of them     those whose new notes alone cannot be held on any strings
 stretches   moments at which a possible hand reaches beyond its comfort
-shifts      times the hand moves, and millimetres it moves on average for each note
+shifts      times the hand moves, and millimetres it moves on average each time and for each note
 """
 
 import argparse
@@ -62,11 +63,12 @@ def measure(score, choice, preset):
     moves = [neck.ways[a, b] for a, b in zip(positions, positions[1:], strict=False) if a != b]
     counts = grips(log, neck) | {
         "notes": score.n_notes,
-        "placed": len(log) / score.n_notes,
-        "octave": bench.counters["notes_folded"],
+        "dropped": bench.counters["notes_dropped"],
+        "moved": bench.counters["notes_folded"],
         "cut": cut_short(score, log),
         "shifts": len(moves),
-        "mm_per_note": 1000.0 * sum(moves) / len(log),
+        "mm_per_shift": 1000.0 * float(sum(moves)) / max(len(moves), 1),
+        "mm_per_note": 1000.0 * float(sum(moves)) / len(log),
         "refused": bench.counters["forces_refused"],
         "seconds": seconds,
     }
@@ -84,8 +86,9 @@ def cut_short(score, log):
 
 
 def grips(log, neck):
-    """Hands that cannot be, those of them that nobody could avoid, and stretches, each a number of moments (dict)."""
-    counts = {"hands": 0, "unavoidable": 0, "stretches": 0}
+    """Notes under a hand that can be; hands that cannot, those of them that nobody could avoid, and stretches, each a
+    number of moments (dict)."""
+    counts = {"playable": 0, "hands": 0, "unavoidable": 0, "stretches": 0}
     for moment in sorted({note["time_s"] for note in log}):
         frets, new = [-1] * len(neck.open), []
         for note in log:
@@ -98,7 +101,8 @@ def grips(log, neck):
                 continue
             frets[note["string"]] = note["fret"]
         grip = neck.grip(tuple(frets))
-        counts["stretches"] += grip.possible and grip.stretch_m > 0.0
+        counts["playable"] += len(new) if grip.possible else 0
+        counts["stretches"] += bool(grip.possible and grip.stretch_m > 0.0)
         counts["hands"] += not grip.possible
         counts["unavoidable"] += not grip.possible and not can_be_held(new, neck)
     return counts
@@ -117,14 +121,14 @@ def can_be_held(pitches, neck):
 
 
 def show(results, console):
-    table = Table("piece", "choice", "notes", "placed", "octave", "cut", "hands", "of them", "stretches", "shifts")
-    table.add_column("mm/note")
-    table.add_column("search")
+    table = Table("piece", "choice", "notes", "playable", "dropped", "moved", "cut", "hands", "of them", "stretches")
+    for name in ("shifts", "mm/shift", "mm/note", "search"):
+        table.add_column(name)
     for (name, choice), found in results.items():
         table.add_row(
-            *(name, choice, str(found["notes"]), f"{100 * found['placed']:.1f} %", str(found["octave"])),
-            *(str(found[key]) for key in ("cut", "hands", "unavoidable", "stretches", "shifts")),
-            *(f"{found['mm_per_note']:.1f}", f"{found['seconds']:.2f} s"),
+            *(name, choice, str(found["notes"]), f"{100 * found['playable'] / found['notes']:.1f} %"),
+            *(str(found[key]) for key in ("dropped", "moved", "cut", "hands", "unavoidable", "stretches", "shifts")),
+            *(f"{found['mm_per_shift']:.0f}", f"{found['mm_per_note']:.1f}", f"{found['seconds']:.2f} s"),
             end_section=choice == CHOICES[0],
         )
     console.print(table)

@@ -1,0 +1,215 @@
+"""Random messages of every kind, played on a whole engine, and what is left once every key and pedal is up.
+
+Enter an engine and a seed; leave what came of it, and sentences that say what is not as it was before the first
+message, or should never be.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ukrt.engine import controller_layout as cc
+from ukrt.engine import layout as at
+from ukrt.engine import player_layout as player
+
+OFF, ON, KEY_PRESSURE, CONTROL, PROGRAM, PRESSURE, BEND, SYSTEM = range(0x80, 0x100, 0x10)
+# How often each kind comes: notes most of all, so that something sounds that the others can act on.
+KINDS = {OFF: 22, ON: 30, KEY_PRESSURE: 6, CONTROL: 24, PROGRAM: 2, PRESSURE: 5, BEND: 9, SYSTEM: 2}
+PEDALS = (cc.PEDAL, 66)  # let ring and sostenuto: what holds notes when no key does
+BLOCK = 4096  # frames computed before more is sent
+MOST_SENT = 8192  # messages: half of what a lane of the stage holds
+SETTLING_SECONDS = 0.5  # in which dampers have done their work, and fingers, dampers and bends have gone
+ALONG = 0.01  # of the energy: the most that idle strings, which ring along, may hold when the others have been damped
+
+
+def random_messages(rng, count, per_second, rate):
+    """Messages of every kind in every channel, with bytes of any value.
+
+    Half of them are what an instrument in the hands of someone gets: two channels, keys that a guitar has, and of the
+    controllers those that are followed. One in eight begins a registered parameter (RPN 0 to 6) and its data. Half
+    of the messages come at the same frame as the one before.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    count : int
+    per_second, rate : float [Hz]
+        Messages and frames in a second.
+
+    Returns
+    -------
+    ndarray (count, 4) int64
+        Frame, status and two data bytes, in order of time.
+    """
+    kinds, weights = list(KINDS), np.array(list(KINDS.values()), float)
+    kind = rng.choice(kinds, count, p=weights / weights.sum())
+    sane = rng.random(count) < 0.5
+    channel = np.where(sane, rng.integers(0, 2, count), rng.integers(0, 16, count))
+    data = rng.integers(0, 128, (count, 2))
+    keyed = sane & np.isin(kind, (ON, OFF, KEY_PRESSURE))
+    data[keyed, 0] = rng.integers(36, 92, np.count_nonzero(keyed))
+    played = sane & (kind == CONTROL)
+    data[played, 0] = rng.choice(_followed(), np.count_nonzero(played))
+    system = kind == SYSTEM
+    channel[system] = rng.integers(0, 15, np.count_nonzero(system))
+    channel[system & (rng.random(count) < 0.01)] = 15  # FF, which ends everything, not too often
+    _registered(rng, kind, channel, data)
+    gaps = np.where(rng.random(count) < 0.5, 0.0, rng.exponential(2.0 * rate / per_second, count))
+    frames = np.cumsum(gaps).astype(np.int64)
+    return np.column_stack([frames, kind + channel, data]).astype(np.int64)
+
+
+def _followed():
+    """Numbers of the controllers that mean something, but for those that end notes."""
+    numbers = {value for name, value in vars(cc).items() if name.isupper() and isinstance(value, int)}
+    return sorted(numbers - {cc.SOUND_OFF, cc.RESET, cc.NOTES_OFF})
+
+
+def _registered(rng, kind, channel, data):
+    """Put whole registered parameters among the messages: which one, in two bytes, and its data, in two more."""
+    for first in range(0, len(kind) - 4, 32):
+        kind[first : first + 4], channel[first : first + 4] = CONTROL, channel[first] % 16
+        data[first : first + 4, 0] = cc.RPN_MSB, cc.RPN_LSB, cc.DATA_MSB, cc.DATA_LSB
+        data[first, 1], data[first + 1, 1] = 0, rng.integers(0, 7)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a storm.
+
+    Attributes
+    ----------
+    sound_s : float [s]
+        Its length.
+    largest : float
+        Largest sample of the sound, infinity where one was no number.
+    held_after_off, pedalled : int
+        Strings whose key is down after CC 123 on every channel, and those that only pedals held then.
+    left : list of str
+        What is not as it was before the first message, `SETTLING_SECONDS` after the last pedal came up.
+    before_j, after_j : float [J]
+        Energy when the keys came up, and when that time was over.
+    rests_j : ndarray [J]
+        Energy from then on, every 10 ms.
+    bound_j : ndarray [J]
+        And the most there may be, if nothing decays more slowly than its slowest mode does.
+    counters : dict
+    """
+
+    sound_s: float
+    largest: float
+    held_after_off: int
+    pedalled: int
+    left: list
+    before_j: float
+    after_j: float
+    rests_j: np.ndarray
+    bound_j: np.ndarray
+    counters: dict
+
+    def complaints(self):
+        """What should not be, in words (list of str)."""
+        counts, found = self.counters, list(self.left)
+        heard = counts["notes_played"] + counts["notes_dropped"] + counts["notes_percussion"]
+        wrong = {
+            "a sample is no number": not np.isfinite(self.largest) or counts["nonfinite_resets"] > 0,
+            f"{self.held_after_off} keys are down after CC 123": self.held_after_off > 0,
+            f"{counts['notes_on']} notes came, {heard} were played, dropped or percussion": counts["notes_on"] != heard,
+            "messages were lost": counts["midi_dropped"] > 0,
+            "gestures were refused": counts["gestures_refused"] > 0,
+            f"energy {self.before_j:.1e} J fell to {self.after_j:.1e} J": self.after_j > ALONG * self.before_j,
+            "energy rises though nothing moves": bool(np.any(np.diff(self.rests_j) > 0.0)),
+            "energy falls too slowly": bool(np.any(self.rests_j > 1.001 * self.bound_j)),
+        }
+        return found + [words for words, is_so in wrong.items() if is_so]
+
+
+def storm(engine, seed, count, per_second, rest_seconds=1.0):
+    """Play ``count`` random messages, let everything go, listen to what is left (Outcome)."""
+    engine.reset()
+    messages = random_messages(np.random.default_rng(seed), count, per_second, engine.sample_rate)
+    largest = play(engine, messages)
+    before = engine.energy()
+    held, pedalled = let_go(engine)
+    engine.process(round(SETTLING_SECONDS * engine.sample_rate))
+    left, rests = leftovers(engine), energies(engine, rest_seconds)
+    falls = np.exp(-2.0 * slowest_decay(engine) * 0.01 * np.arange(len(rests)))
+    sound_s = messages[-1, 0] / engine.sample_rate
+    return Outcome(
+        sound_s, largest, held, pedalled, left, before, rests[0], rests, rests[0] * falls, engine.counters()
+    )
+
+
+def play(engine, messages):
+    """Play messages from where the engine is on; returns the largest sample of the sound, or infinity."""
+    start, sent, largest = engine.frame, 0, 0.0
+    frames = messages[:, 0]
+    while sent < len(messages):
+        due = min(int(np.searchsorted(frames, engine.frame - start + BLOCK)), sent + MOST_SENT)
+        for frame, *message in messages[sent:due].tolist():
+            assert engine.send(max(start + frame, engine.frame), *message), "the engine's queue is full"
+        sent = due
+        until = BLOCK if due == len(messages) or frames[due] >= engine.frame - start + BLOCK else 1
+        block = engine.process(until)
+        largest = max(largest, np.abs(block).max()) if np.isfinite(block).all() else np.inf
+    return largest
+
+
+def let_go(engine):
+    """Every key up, then every pedal: strings that are held after the first, and strings that only pedals held."""
+    _send_all(engine, cc.NOTES_OFF)
+    engine.process(1)
+    states = engine._i[player.S_STATE : player.S_STATE + len(engine.guitar.strings)]
+    held, pedalled = (int(np.count_nonzero(states == state)) for state in (player.HELD, player.PEDALLED))
+    for pedal in PEDALS:
+        _send_all(engine, pedal)
+    engine.process(1)
+    return held, pedalled
+
+
+def _send_all(engine, controller):
+    for channel in range(16):
+        engine.send(engine.frame, CONTROL | channel, controller, 0)
+
+
+def leftovers(engine):
+    """What is not as it was before the first message (list of str): notes, hands, ramps, gestures, tensions."""
+    d, i, found = engine._d, engine._i, []
+    damped = engine.guitar.playing.idle_strings == "damped"
+    if i[at.H_GESTURES] or i[at.H_BUSY]:
+        found.append(f"{i[at.H_GESTURES]} gestures wait, busy {i[at.H_BUSY]}")
+    for s in range(len(engine.guitar.strings)):
+        own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
+        state = {
+            "the player's state": i[player.S_STATE + s] != player.IDLE,
+            "a finger": i[own_i + at.SI_FINGER] > 0,
+            "a pluck": i[own_i + at.SI_PLUCK] > 0,
+            "no damper" if damped else "a damper": (i[own_i + at.SI_DAMPER] > 0) != damped,
+            "a touch": d[own + at.S_TOUCH_PLACE] > 0.0,
+            "a vibrato": d[player.D_DEPTH + s] != 0.0,
+            "a bend": d[own + at.S_RATIO] != d[player.D_TENSION + s] or d[player.D_TENSION + s] != 1.0,
+        }
+        found += [f"string {s} has {what}" for what, there in state.items() if there]
+    return found
+
+
+def slowest_decay(engine):
+    """The least decay rate of all modes of strings and body [1/s]: nothing that sounds dies away more slowly."""
+    d, i = engine._d, engine._i
+    losses = [d[at.BODY_B : at.BODY_B + 8 * i[at.H_BODY]]]
+    for s in range(len(engine.guitar.strings)):
+        own_i = at.STRING_I + s * at.STRING_I_SIZE
+        first = i[own_i + at.SI_TILE]
+        tiles = d[at.COEF : at.COEF + at.MAX_TILES * at.COEF_TILE].reshape(-1, at.COEF_TILE)
+        losses.append(tiles[first : first + i[own_i + at.SI_TILES], at.COEF_B : at.COEF_B + at.TILE].ravel())
+    b = np.concatenate(losses)
+    return float(np.min(-0.5 * np.log(-b[b < 0.0])) * engine.sample_rate)
+
+
+def energies(engine, seconds):
+    """Energy [J] now and after every 10 ms of ``seconds`` (ndarray)."""
+    found = [engine.energy()]
+    for _ in range(round(100 * seconds)):
+        engine.process(round(0.01 * engine.sample_rate))
+        found.append(engine.energy())
+    return np.array(found)

@@ -1,0 +1,38 @@
+"""Random messages of every kind: afterwards no note, finger or damper is stuck, and what rings along dies away.
+
+A million of them: tools/stuck_notes.py.
+"""
+
+import pytest
+from engine.storm import storm
+
+from ukrt.engine.engine import Engine
+from ukrt.model.presets import load_preset
+
+GUITARS = {
+    "classical": ("classical", "open"),
+    "classical, damped": ("classical", "damped"),
+    "ukulele": ("ukulele", "open"),
+    "eight-string": ("eight-string", "open"),
+}
+
+
+@pytest.fixture(scope="module", params=GUITARS)
+def engine(request):
+    preset, idle = GUITARS[request.param]
+    engine = Engine(load_preset(preset, {"playing.idle_strings": idle}), signal="bridge-force")
+    yield engine
+    engine.close()
+
+
+@pytest.mark.parametrize("seed, count, per_second", [(1, 400, 200.0), (2, 2000, 2000.0), (3, 10000, 20000.0)])
+def test_nothing_is_stuck_after_a_storm(engine, seed, count, per_second):
+    outcome = storm(engine, seed, count, per_second)
+    assert outcome.complaints() == []
+    assert outcome.counters["notes_played"] > 0.1 * count and outcome.largest > 1.0, "hardly anything sounded"
+
+
+def test_a_key_that_stays_down_is_told(engine, monkeypatch):
+    """Without CC 123 the last notes ring on."""
+    monkeypatch.setattr("engine.storm._send_all", lambda engine, controller: None)
+    assert any("the player's state" in words for words in storm(engine, 3, 500, 2000.0).complaints())
