@@ -5,8 +5,8 @@
 The messages (tests/engine/storm.py: all channels, statuses, controllers and bytes, registered parameters, system
 messages) are shared out among presets, idle strings open and damped, rates in messages a second, and seeds. After each
 share CC 123 comes on every channel, then every pedal goes up; half a second later there must be no note, finger,
-damper, touch, bend or gesture that was not there before the first message. From then on energy must fall in every 10 ms,
-and not more slowly than the slowest mode alone. What is not so is printed, and the exit code is 1.
+damper, touch, bend or gesture that was not there before the first message. From then on energy must fall in every 10
+ms, and not more slowly than the slowest mode alone. What is not so is printed, and the exit code is 1.
 """
 
 import argparse

@@ -48,8 +48,10 @@ def random_messages(rng, count, per_second, rate):
     data = rng.integers(0, 128, (count, 2))
     keyed = sane & np.isin(kind, (ON, OFF, KEY_PRESSURE))
     data[keyed, 0] = rng.integers(36, 92, np.count_nonzero(keyed))
+    _meet_notes(rng, np.flatnonzero(keyed & (kind != ON)), np.flatnonzero(kind == ON), channel, data)
     played = sane & (kind == CONTROL)
     data[played, 0] = rng.choice(_followed(), np.count_nonzero(played))
+    data[played & (data[:, 0] == cc.HARMONIC) & (rng.random(count) < 0.8), 1] = 0  # which are never slurred
     system = kind == SYSTEM
     channel[system] = rng.integers(0, 15, np.count_nonzero(system))
     channel[system & (rng.random(count) < 0.01)] = 15  # FF, which ends everything, not too often
@@ -57,6 +59,13 @@ def random_messages(rng, count, per_second, rate):
     gaps = np.where(rng.random(count) < 0.5, 0.0, rng.exponential(2.0 * rate / per_second, count))
     frames = np.cumsum(gaps).astype(np.int64)
     return np.column_stack([frames, kind + channel, data]).astype(np.int64)
+
+
+def _meet_notes(rng, followers, begun, channel, data):
+    """Give note-offs and pressures the channel and key of one of the six notes that began last."""
+    which = np.searchsorted(begun, followers) - 1 - rng.integers(0, 6, len(followers))
+    followers, which = followers[which >= 0], which[which >= 0]
+    channel[followers], data[followers, 0] = channel[begun[which]], data[begun[which], 0]
 
 
 def _followed():
@@ -135,9 +144,7 @@ def storm(engine, seed, count, per_second, rest_seconds=1.0):
     left, rests = leftovers(engine), energies(engine, rest_seconds)
     falls = np.exp(-2.0 * slowest_decay(engine) * 0.01 * np.arange(len(rests)))
     sound_s = messages[-1, 0] / engine.sample_rate
-    return Outcome(
-        sound_s, largest, held, pedalled, left, before, rests[0], rests, rests[0] * falls, engine.counters()
-    )
+    return Outcome(sound_s, largest, held, pedalled, left, before, rests[0], rests, rests[0] * falls, engine.counters())
 
 
 def play(engine, messages):
