@@ -102,8 +102,8 @@ def draw(path, found, idle):
                 above.plot(times, one.sent + one.off, color=BLUE, label="measured" if k == 0 else None)
                 below.plot(times, one.off, color=RED)
                 if string == 1:
-                    above.text(times[0], 540.0, one.note.name)
-            above.set(ylabel=f"string {string}\n[cents]", ylim=(-350.0, 600.0))
+                    above.text(times[0], 570.0, one.note.name)
+            above.set(ylabel=f"string {string}\n[cents]", ylim=(-350.0, 700.0))
             below.axhline(0.0, color=BLACK, linewidth=0.5)
             below.set(ylabel="beside", ylim=(-1.3 * LIMIT, 1.3 * LIMIT))
         panels[0].legend(loc="lower right")

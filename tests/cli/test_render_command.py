@@ -36,6 +36,16 @@ def test_defaults_are_48_khz_24_bit_beside_the_input(capsys, tmp_path, piece):
     assert render(piece, "--force") == 0
 
 
+def test_what_comes_with_ukrt_has_a_name(capsys, tmp_path, monkeypatch):
+    """Its sound goes to the current folder; a file of that name there comes first."""
+    monkeypatch.chdir(tmp_path)
+    assert render("demonstration", "--from", "marker:Tasto", "--to", "marker:ponticello", "--rate", 44100) == 0
+    assert soundfile.info(tmp_path / "demonstration.wav").frames == 6 * 44100
+    (tmp_path / "romance").write_text("no music")
+    assert render("romance", "-o", "romance.wav") == 2
+    assert "ukrt: romance: " in capsys.readouterr().err
+
+
 def test_options_reach_the_file_and_the_report(tmp_path, piece):
     target, report = tmp_path / "out.flac", tmp_path / "out.json"
     assert (

@@ -8,6 +8,8 @@ import sys
 
 from ..errors import MissingExtraError, ParameterError, UkrtError
 
+PIECES = pathlib.Path(__file__).resolve().parents[1] / "data"  # MIDI files that come with the package
+
 
 class UsageError(UkrtError):
     """The arguments do not fit together; the message says what would."""
@@ -103,6 +105,20 @@ def add_guitar_options(parser):
         help="the guitar: a name that `ukrt presets` lists, or a TOML file (default: %(default)s)",
     )
     add_set_option(parser, "change one value of the preset")
+
+
+def piece(text):
+    """An argument type: a MIDI file, or the name of one that comes with the package where no file is called so; gives
+    its path (str)."""
+    bundled = {path.stem: str(path) for path in PIECES.glob("*.mid")}
+    return text if pathlib.Path(text).exists() else bundled.get(text, text)
+
+
+def sound_of(midi):
+    """Where the sound of a MIDI file goes if nobody says: beside it, or what comes with the package to the current
+    folder (Path)."""
+    midi = pathlib.Path(midi)
+    return (pathlib.Path(midi.name) if midi.parent == PIECES else midi).with_suffix(".wav")
 
 
 def add_rate_option(parser, default, words):

@@ -13,6 +13,7 @@ from .common import (
     add_set_option,
     add_tuning_options,
     number,
+    piece,
 )
 from .report import check_report_path
 
@@ -53,7 +54,13 @@ def latency(text):
 def add_options(parser):
     """All options of the command."""
     parser.epilog = _EPILOG
-    parser.add_argument("piece", nargs="?", metavar="IN.mid", help="play this MIDI file, then end")
+    parser.add_argument(
+        "piece",
+        nargs="?",
+        type=piece,
+        metavar="IN.mid",
+        help="play this MIDI file (romance and demonstration come with ukrt), then end",
+    )
     _add_audio(parser.add_argument_group("sound"))
     _add_midi(parser.add_argument_group("MIDI"))
     _add_guitar(parser.add_argument_group("the guitar"))

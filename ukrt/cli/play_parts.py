@@ -5,7 +5,7 @@ import pathlib
 from dataclasses import dataclass
 
 from ..errors import DeviceError
-from .common import UsageError
+from .common import PIECES, UsageError
 
 DEFAULT_RATE, DEFAULT_BLOCK = 48000.0, 128
 
@@ -164,9 +164,8 @@ def fingered_piece(path, guitar, choice):
 
 
 def bundled_piece():
-    """The demonstration piece that comes with the package (Path)."""
-    folder = pathlib.Path(__file__).resolve().parents[1] / "data"
-    return sorted(folder.glob("*.mid"))[0]
+    """The piece that is played for want of anything else (Path)."""
+    return PIECES / "romance.mid"
 
 
 def make_player(args, engine, score, session_output):

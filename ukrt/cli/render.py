@@ -20,7 +20,9 @@ from .common import (
     make_engine,
     need_compiled,
     number,
+    piece,
     say,
+    sound_of,
 )
 from .render_report import summary
 from .report import check_report_path, write_report
@@ -36,6 +38,8 @@ examples:
   ukrt render song.mid --from bar:5 --to bar:9    bars 5 to 8, bit for bit as in the whole
   ukrt render song.mid --from marker:Coda         from a marker on; --from 1:30 --to 95.5 are times
   ukrt render *.mid -o wavs --jobs 4              several files into a folder, four at a time
+  ukrt render demonstration -o all.wav            every articulation, each against the plain note; one of them:
+  ukrt render demonstration --from marker:slide --to marker:trill -o slide.wav
   ukrt render take.mid -o heard.wav               a take of `ukrt play --record`, bit for bit as it was played
   ukrt render take.mid --set pluck.place=0.9      its messages on another guitar, as any MIDI file
 """
@@ -49,13 +53,19 @@ class _Unchosen(str):
 def add_parser(commands):
     """Add the subcommand to the parser."""
     parser = add_command(commands, "render", "turn a MIDI file into an audio file", _EPILOG)
-    parser.add_argument("midi", nargs="+", metavar="IN.mid", help="MIDI file, format 0, 1 or 2, or a take")
+    parser.add_argument(
+        "midi",
+        nargs="+",
+        type=piece,
+        metavar="IN.mid",
+        help="MIDI file, format 0, 1 or 2, or a take; or what comes with ukrt: romance, demonstration",
+    )
     parser.add_argument(
         "-o",
         "--output",
         metavar="OUT.wav",
-        help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it); "
-        "of several files the folder they go to",
+        help="file to write, .wav or .flac; is replaced if it exists (default: the input's name with .wav, beside it; "
+        "of what comes with ukrt, in the current folder); of several files the folder they go to",
     )
     parser.add_argument(
         "--jobs",
@@ -244,7 +254,7 @@ def _guitar_of(args, take):
 def _target(args):
     """Where the sound goes; refuses what would overwrite something that was not named."""
     midi = pathlib.Path(args.midi)
-    target = pathlib.Path(args.output) if args.output else midi.with_suffix(".wav")
+    target = pathlib.Path(args.output) if args.output else sound_of(midi)
     if target.exists():
         if midi.exists() and os.path.samefile(midi, target):
             raise UsageError(f"{target} is the input itself; name another file with -o")

@@ -12,7 +12,7 @@ import signal
 import sys
 
 from ..errors import UkrtError
-from .common import UsageError, clock_time, make_console, say
+from .common import UsageError, clock_time, make_console, say, sound_of
 
 _PATIENCE = 5.0  # s that an interrupted worker has to remove what is half-written
 _SHOW_EVERY = 0.5  # s of sound between two words from a worker
@@ -42,7 +42,7 @@ def plan(args):
         one = copy.copy(args)
         one.midi, one.report = midi, None
         one.output = str(folder / f"{pathlib.Path(midi).stem}.wav") if folder else None
-        target = pathlib.Path(one.output or pathlib.Path(midi).with_suffix(".wav")).absolute()
+        target = pathlib.Path(one.output or sound_of(midi)).absolute()
         if target.exists() and not args.force:
             raise UsageError(f"{target} exists already; replace it with --force, or name another folder with -o")
         if target in sources:

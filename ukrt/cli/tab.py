@@ -15,6 +15,7 @@ from .common import (
     announce_compiling,
     load_guitar,
     number,
+    piece,
     say,
 )
 from .report import check_report_path, write_whole
@@ -36,7 +37,7 @@ _SUFFIXES = {".txt": "text", ".musicxml": "MusicXML", ".xml": "MusicXML", ".jams
 def add_parser(commands):
     """Add the subcommand to the parser."""
     parser = add_command(commands, "tab", "print which string and fret plays each note of a MIDI file", _EPILOG)
-    parser.add_argument("midi", metavar="IN.mid", help="MIDI file, format 0, 1 or 2")
+    parser.add_argument("midi", type=piece, metavar="IN.mid", help="MIDI file, format 0, 1 or 2")
     parser.add_argument(
         "-o", "--output", metavar="FILE", help="write .txt, .musicxml (or .xml) or .jams; is replaced (default: print)"
     )
