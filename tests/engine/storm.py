@@ -11,6 +11,7 @@ import numpy as np
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
+from ukrt.engine.kernels.midi_bytes import midi_byte
 
 OFF, ON, KEY_PRESSURE, CONTROL, PROGRAM, PRESSURE, BEND, SYSTEM = range(0x80, 0x100, 0x10)
 # How often each kind comes: notes most of all, so that something sounds that the others can act on.
@@ -26,8 +27,8 @@ def random_messages(rng, count, per_second, rate):
     """Messages of every kind in every channel, with bytes of any value.
 
     Half of them are what an instrument in the hands of someone gets: two channels, keys that a guitar has, and of the
-    controllers those that are followed. One in eight begins a registered parameter (RPN 0 to 6) and its data. Half
-    of the messages come at the same frame as the one before.
+    controllers those that are followed. One in eight belongs to a registered parameter (RPN 0 to 6) and its data; SysEx
+    comes among them, whole and broken off. Half of the messages come at the same frame as the one before.
 
     Parameters
     ----------
@@ -57,8 +58,35 @@ def random_messages(rng, count, per_second, rate):
     channel[system & (rng.random(count) < 0.01)] = 15  # FF, which ends everything, not too often
     _registered(rng, kind, channel, data)
     gaps = np.where(rng.random(count) < 0.5, 0.0, rng.exponential(2.0 * rate / per_second, count))
-    frames = np.cumsum(gaps).astype(np.int64)
-    return np.column_stack([frames, kind + channel, data]).astype(np.int64)
+    rows = np.column_stack([np.cumsum(gaps), kind + channel, data]).astype(np.int64)
+    return _with_sysex(rng, rows)
+
+
+def _with_sysex(rng, rows):
+    """The same number of rows, some of them replaced by the pieces that SysEx leaves a parser in, if it leaves any."""
+    state, found = np.zeros(1, np.int64), []
+    for first in range(0, len(rows), 256):
+        found.append(rows[first : first + 256])
+        words = [midi_byte(state, 0, byte) for byte in _sysex(rng)]
+        pieces = [[word >> 16, word >> 8 & 0xFF, word & 0xFF] for word in words if word >= 0]
+        frame = np.full((len(pieces), 1), found[-1][-1, 0])
+        found.append(np.hstack([frame, np.array(pieces, np.int64).reshape(-1, 3)]))
+    return np.concatenate(found)[: len(rows)]
+
+
+def _sysex(rng):
+    """Bytes of a SysEx: volume and tunings of the whole guitar, of keys and scales, General MIDI, or anything; one in
+    four is broken off."""
+    what = (
+        (0x7F, 0x7F, 4, rng.integers(1, 5), *rng.integers(0, 128, 2)),
+        (0x7F, 0x7F, 8, 2, 0, 2, *rng.integers(0, 128, 8)),
+        (0x7E, 0x7F, 8, 8, *rng.integers(0, 128, 15)),
+        (0x7F, 0x7F, 8, 9, *rng.integers(0, 128, 27)),
+        (0x7E, 0x7F, 9, rng.integers(1, 4)),
+        tuple(rng.integers(0, 128, rng.integers(0, 40))),
+    )[rng.integers(0, 6)]
+    end = (0xF7,) if rng.random() < 0.75 else ()
+    return [int(byte) for byte in (0xF0, *what, *end)]
 
 
 def _meet_notes(rng, followers, begun, channel, data):
@@ -183,6 +211,9 @@ def leftovers(engine):
     """What is not as it was before the first message (list of str): notes, hands, ramps, gestures, tensions."""
     d, i, found = engine._d, engine._i, []
     damped = engine.guitar.playing.idle_strings == "damped"
+    at_rest = np.median(
+        d[player.D_TENSION : player.D_TENSION + len(engine.guitar.strings)]
+    )  # the whole guitar's tuning
     if i[at.H_GESTURES] or i[at.H_BUSY]:
         found.append(f"{i[at.H_GESTURES]} gestures wait, busy {i[at.H_BUSY]}")
     for s in range(len(engine.guitar.strings)):
@@ -194,7 +225,7 @@ def leftovers(engine):
             "no damper" if damped else "a damper": (i[own_i + at.SI_DAMPER] > 0) != damped,
             "a touch": d[own + at.S_TOUCH_PLACE] > 0.0,
             "a vibrato": d[player.D_DEPTH + s] != 0.0,
-            "a bend": d[own + at.S_RATIO] != d[player.D_TENSION + s] or d[player.D_TENSION + s] != 1.0,
+            "a bend": d[own + at.S_RATIO] != d[player.D_TENSION + s] or d[player.D_TENSION + s] != at_rest,
         }
         found += [f"string {s} has {what}" for what, there in state.items() if there]
     return found

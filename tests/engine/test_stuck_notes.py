@@ -29,7 +29,7 @@ def engine(request):
 def test_nothing_is_stuck_after_a_storm(engine, seed, count, per_second):
     outcome = storm(engine, seed, count, per_second)
     assert outcome.complaints() == []
-    assert outcome.counters["notes_played"] > 0.1 * count and outcome.largest > 1.0, "hardly anything sounded"
+    assert outcome.counters["notes_played"] > 0.1 * count and outcome.before_j > 1e-6, "hardly anything sounded"
 
 
 def test_what_is_stuck_is_told(engine):
