@@ -74,10 +74,13 @@ def test_the_price_of_starting_is_taken_out():
         measure.times_real_time((1.0, 0.2), (60.0, 0.2))
 
 
-def peer(name, words):
+def peer(name, words, **how):
     """A peer that is a Python one-liner: SECONDS OUT.wav."""
-    command = [sys.executable, "-c", words]
-    return Peer(name, "nothing", ("nothing-of-the-kind",), lambda _: Ready(lambda s, to: [*command, str(s), to], "1"))
+
+    def command(seconds, target):
+        return [sys.executable, "-c", words, str(seconds), target]
+
+    return Peer(name, "nothing", ("nothing-of-the-kind",), lambda _: Ready(command, "1", **how))
 
 
 def test_what_is_missing_or_broken_is_named_and_left_out(tmp_path):
@@ -105,6 +108,15 @@ def test_what_is_missing_or_broken_is_named_and_left_out(tmp_path):
     Console(file=page, width=140).print(tables.speed_table([row]))
     assert "good" in page.getvalue() and "absent" not in page.getvalue()
     assert tables.left_out_lines(left_out) == [f"left out: absent: {left_out['absent']}"]
+
+
+def test_a_system_that_counts_its_own_time_is_believed(tmp_path):
+    words = (
+        SOUND + "soundfile.write(sys.argv[2], 0.1 * numpy.sin(numpy.arange(n)), 48000); print('said', n / 48000 / 8)"
+    )
+    ready = {"own": peer("own", words, counts_itself=True).prepare(None)}
+    results, failed = measure.in_turns(ready, (1.0, 3.0), 1, Work(tmp_path), lambda _: None)
+    assert results["own"]["runs"] == [pytest.approx(8.0)] and not failed
 
 
 def test_why_a_package_could_not_be_installed_is_told(tmp_path):

@@ -22,7 +22,7 @@ from rich.console import Console
 from ukrt.benchmark.machine import one_core, processor_name
 
 from . import convolvers, csound, faust, fluidsynth, install, measure, paper, stk, supercollider, tables, ukrt_itself
-from .peer import PeerError, Work
+from .peer import FLAGS, PeerError, Work
 
 MODULES = (ukrt_itself, fluidsynth, stk, faust, supercollider, csound, paper)
 PEERS = tuple(peer for module in MODULES for peer in module.PEERS)
@@ -104,7 +104,7 @@ def show(report, console):
         console.print(tables.convolver_table(report["convolvers"], convolvers.TAPS))
     for line in (*report["notes"], *tables.left_out_lines(report["left_out"])):
         console.print(line, highlight=False, soft_wrap=True)
-    words = tables.FAIRNESS.format(runs=report["runs"], **report["seconds"])
+    words = tables.FAIRNESS.format(runs=report["runs"], flags=" ".join(FLAGS), **report["seconds"])
     console.print("\n" + words, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -47,14 +47,12 @@ def score(notes, seconds):
 def _prepare(work):
     program = program_path("csound")
     version = re.search(r"version (\S+)", called("csound", "--version"))
-    instruments = work.path("bank.orc")
-    instruments.write_text(orchestra(), encoding="ascii")
+    instruments = work.file("bank.orc", lambda path: path.write_text(orchestra(), encoding="ascii"))
 
     def command(seconds, target):
-        path = work.path(f"bank-{seconds:g}.sco")
-        if not path.exists():
-            path.write_text(score(piece.first_seconds(work.notes, seconds), seconds), encoding="ascii")
-        return [program, "-d", "-m0", "-W", "-f", "-o", target, str(instruments), str(path)]
+        played = score(piece.first_seconds(work.notes, seconds), seconds)
+        path = work.file(f"bank-{seconds:g}.sco", lambda path: path.write_text(played, encoding="ascii"))
+        return [program, "-d", "-m0", "-W", "-f", "-o", target, instruments, path]
 
     return Ready(command, version[1] if version else "?")
 

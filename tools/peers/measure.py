@@ -2,7 +2,8 @@
 
 The price of starting is taken out by difference: a system renders one second of the piece and all of it, and what the
 second costs more than the first is the price of the seconds by which it is longer. Both are child processes of ours,
-whose user and system time the system counts, all their threads included.
+whose user and system time the system counts, all their threads included. Where starting costs as much as rendering (a
+Python with a compiler), that difference is uncertain, and the program counts its own CPU time while it renders.
 """
 
 import os
@@ -22,7 +23,7 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 
 
 def cpu_seconds(command, timeout=900):
-    """User and system time of a command and its threads [s].
+    """User and system time of a command and its threads [s], and what it said (str).
 
     Raises
     ------
@@ -35,12 +36,12 @@ def cpu_seconds(command, timeout=900):
         child = subprocess.Popen(limited, env=os.environ | ONE_THREAD, **streams)
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = os.waitstatus_to_exitcode(status)
-        if child.returncode:
-            words.seek(0)
-            said = last_line(words.read().decode(errors="replace"))
-            why = f"took more than {timeout} s" if child.returncode == TIMED_OUT else said
-            raise PeerError(why or f"failed with exit code {child.returncode}")
-    return usage.ru_utime + usage.ru_stime
+        words.seek(0)
+        said = words.read().decode(errors="replace")
+    if child.returncode:
+        why = f"took more than {timeout} s" if child.returncode == TIMED_OUT else last_line(said)
+        raise PeerError(why or f"failed with exit code {child.returncode}")
+    return usage.ru_utime + usage.ru_stime, said
 
 
 def check_sound(path, seconds):
@@ -94,8 +95,8 @@ def in_turns(ready, seconds, runs, work, say):
                     continue
                 speed = times_real_time(took[0], took[1])
                 results[name]["runs"].append(speed)
-                results[name]["starts"].append(took[0][1] - took[0][0] / speed)
-                results[name]["peak"] = took[1][2]
+                results[name]["starts"].append(took[0][2] - took[0][0] / speed)
+                results[name]["peak"] = took[1][3]
                 say(f"turn {turn + 1}, {name}: {speed:.4g} times real time")
             except PeerError as error:
                 failed[name] = str(error)
@@ -106,14 +107,14 @@ def in_turns(ready, seconds, runs, work, say):
 
 
 def _render(ready, seconds, work, name):
-    """Seconds rendered, CPU time [s] and peak of one render."""
+    """One render: seconds of sound, CPU time to go by, that of the whole process [s], and peak."""
     target = work.path("".join(c if c.isalnum() else "-" for c in name) + ".wav")
     target.unlink(missing_ok=True)
-    taken = cpu_seconds(ready.command(seconds, str(target)))
+    whole, said = cpu_seconds(ready.command(seconds, str(target)))
     if not target.exists():
         raise PeerError("it wrote no sound file")
     peak, length = check_sound(target, seconds)
-    return length, taken, peak
+    return length, float(said.split()[-1]) if ready.counts_itself else whole, whole, peak
 
 
 def median_ratio(runs, others):

@@ -76,4 +76,4 @@ if __name__ == "__main__":
     guitar = load_preset("paper")
     case = Case("bench", seconds, guitar, held=(HeldString("E2", 0.2509),))
     sound = run(make_system(guitar, case.held_points(0.0)), piece.first_seconds(piece.make_piece(), seconds), seconds)
-    soundfile.write(target, PEAK * sound / np.abs(sound).max(), int(1.0 / STEP / KEEP), subtype="FLOAT")
+    soundfile.write(target, PEAK * sound / np.abs(sound).max(), round(1.0 / STEP / KEEP), subtype="FLOAT")

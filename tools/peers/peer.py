@@ -53,12 +53,15 @@ class Ready:
         Of the short and the long render, where they are not those of all.
     note : str
         To be printed below the table.
+    counts_itself : bool
+        Whether the last thing that it prints is the CPU time that its rendering took [s].
     """
 
     command: Callable
     version: str
     seconds: tuple = ()
     note: str = ""
+    counts_itself: bool = False
 
 
 class Work:
@@ -66,25 +69,31 @@ class Work:
 
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
-        self.notes = piece.make_piece()
+        self.notes, self._written = piece.make_piece(), set()
 
     def path(self, name):
         """A file's path in the folder."""
         return self.folder / name
 
+    def file(self, name, write):
+        """A file in the folder, written anew by ``write(path)`` when it is first asked for (its path as str)."""
+        path = self.path(name)
+        if name not in self._written:
+            write(path)
+            self._written.add(name)
+        return str(path)
+
     def midi(self, seconds):
         """The first seconds of the piece as a MIDI file (its path)."""
-        path = self.path(f"piece-{seconds:g}.mid")
-        if not path.exists():
-            piece.write_midi(path, piece.first_seconds(self.notes, seconds), seconds)
-        return str(path)
+        notes = piece.first_seconds(self.notes, seconds)
+        return self.file(f"piece-{seconds:g}.mid", lambda path: piece.write_midi(path, notes, seconds))
 
     def events(self, seconds):
         """The first seconds of the piece as lines for the C++ programs (its path)."""
-        path = self.path(f"piece-{seconds:g}.events")
-        if not path.exists():
-            piece.write_events(path, piece.first_seconds(self.notes, seconds), seconds, SAMPLE_RATE)
-        return str(path)
+        notes = piece.first_seconds(self.notes, seconds)
+        return self.file(
+            f"piece-{seconds:g}.events", lambda path: piece.write_events(path, notes, seconds, SAMPLE_RATE)
+        )
 
     def program(self, source, *arguments, name=None):
         """Compile a C++ program of this folder, or one that was made (its path)."""

@@ -86,10 +86,9 @@ def _prepare(work):
     version = re.search(r"scsynth (\S+)", called("scsynth", "-v"))
 
     def command(seconds, target):
-        path = work.path(f"klank-{seconds:g}.osc")
-        if not path.exists():
-            path.write_bytes(score(piece.first_seconds(work.notes, seconds), seconds))
-        files = ["-N", str(path), "_", target, str(SAMPLE_RATE), "WAV", "float"]
+        played = score(piece.first_seconds(work.notes, seconds), seconds)
+        path = work.file(f"klank-{seconds:g}.osc", lambda path: path.write_bytes(played))
+        files = ["-N", path, "_", target, str(SAMPLE_RATE), "WAV", "float"]
         return [program, *files, "-o", "1", "-i", "0", "-z", str(BLOCK), "-D", "0"]
 
     return Ready(command, version[1] if version else "?")

@@ -10,15 +10,17 @@ from .ukrt_itself import NAME as OURS
 
 FAIRNESS = """\
 Times real time: CPU time (user and system, all threads) of a render of {long:g} s less that of {short:g} s, so that
-starting, loading and compiling are not in it; medians of {runs} turns. "of ukrt's" is the median of the ratios within
-each turn: above 1 is faster than ukrt's engine. All at 48 kHz in blocks of 64 frames, each writes a sound file (`ukrt
-render` is called in blocks of 512, which its engine cuts into 64). What else the machine does meanwhile slows all
-alike: ratios hold where figures do not.
+starting, loading and compiling are not in it; ukrt's engine, which starts for longer than it renders, counts its own
+while it renders. Medians of {runs} turns; "of ukrt's" is the median of the ratios within each turn, above 1 where
+faster than ukrt's engine. All at 48 kHz in blocks of 64 frames, each writes a sound file (`ukrt render` is called in
+blocks of 512, which its engine cuts into 64). What else the machine does slows all: ratios hold where figures do not.
 What they compute differs. Sampled voices and waveguides sound the notes as they come; a bank of modes rings 800 fixed
 filters, struck at each note, without pitch, coupling, damping or choice of strings; the paper's scheme has one
-fingering throughout. FluidSynth, SuperCollider and Csound are Debian's builds for any x86-64; programs of STK and Faust
-are compiled here with -O3 -march=native -ffast-math (libstk itself is Debian's). Faust's bank with -vec was 1.2 times
-as fast as scalar when tried once, and took g++ six minutes. FFTConvolver is not in Debian."""
+fingering throughout. ukrt computes in float64. FluidSynth, SuperCollider, Csound and libstk are as Debian builds them,
+for any processor of the kind; what is compiled here is so with {flags}.
+Faust's bank with -vec was 1.2 times as fast as scalar when tried once, and took g++ six minutes.
+Each call of zita-convolver waits until its threads have done what falls due, all on the one core: so its longest blocks
+are work that it would spread over other cores, or over time. FFTConvolver is not in Debian."""
 
 
 def speed_rows(peers, ready, results):

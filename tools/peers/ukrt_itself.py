@@ -11,7 +11,7 @@ COMPUTES = "coupled strings, two polarizations, body, contacts, convolution"
 
 
 def _engine(_work):
-    return Ready(lambda seconds, target: worker("ukrt_engine", seconds, target), ukrt.__version__)
+    return Ready(lambda seconds, target: worker("ukrt_engine", seconds, target), ukrt.__version__, counts_itself=True)
 
 
 def _command(work):
