@@ -19,7 +19,7 @@ import time
 
 from rich.console import Console
 
-from ukrt.benchmark.machine import one_core, processor_name
+from ukrt.benchmark.machine import describe_machine, one_core
 
 from . import convolvers, csound, faust, fluidsynth, install, measure, paper, stk, supercollider, tables, ukrt_itself
 from .peer import FLAGS, PeerError, Work
@@ -83,7 +83,7 @@ def compare(options, folder, say):
         convolved, not_convolved = convolvers.in_turns(convolving, options.runs, work, say)
     return {
         "date": began,
-        "machine": {"processor": processor_name(), "core": core, "system": platform.platform(), "load": os.getloadavg()},
+        "machine": describe_machine(core) | {"system": platform.platform(), "load": os.getloadavg()},
         "runs": options.runs,
         "seconds": {"short": SHORT_S, "long": LONG_S},
         "systems": tables.speed_rows(peers, ready, results),
