@@ -80,11 +80,28 @@ TUNING_OPTIONS = {  # option -> the key of the preset that it sets, its metavar,
     "--scale": ("tuning.scale", "FILE.scl", "a scale in Scala's format; the frets move to it"),
     "--keyboard-map": ("tuning.keyboard", "FILE.kbm", "which key plays which note of the scale, in Scala's format"),
 }
+MODE_OPTIONS = {
+    "--mode": (
+        "playing.midi_mode",
+        "MODE",
+        "what MIDI channels stand for: keyboard, guitar (a string each), mpe (a note each), guitar-mpe (both)",
+    ),
+    "--base-channel": ("playing.base_channel", "N", "channel of the highest string with --mode guitar, 1 to 16"),
+}
 
 
 def add_tuning_options(parser):
     """``--tuning``, ``--capo``, ``--scale`` and ``--keyboard-map``, which are short for ``--set`` of a key."""
-    for option, (key, metavar, words) in TUNING_OPTIONS.items():
+    _add_short_options(parser, TUNING_OPTIONS)
+
+
+def add_mode_options(parser):
+    """``--mode`` and ``--base-channel``, likewise."""
+    _add_short_options(parser, MODE_OPTIONS)
+
+
+def _add_short_options(parser, options):
+    for option, (key, metavar, words) in options.items():
         parser.add_argument(
             option,
             dest="overrides",
@@ -179,7 +196,7 @@ def load_guitar(args):
 
 def given_settings(overrides):
     """The options that ``overrides`` come from, as they are written (list of str)."""
-    short = {key: option for option, (key, *_) in TUNING_OPTIONS.items()}
+    short = {key: option for option, (key, *_) in (TUNING_OPTIONS | MODE_OPTIONS).items()}
     return list(dict.fromkeys(short.get(key, "--set") for key, _ in overrides))
 
 

@@ -9,6 +9,7 @@ from .common import (
     UsageError,
     add_block_option,
     add_fingering_option,
+    add_mode_options,
     add_rate_option,
     add_set_option,
     add_tuning_options,
@@ -153,6 +154,7 @@ def _add_guitar(group):
         "among them, in bank 1 among all of `ukrt presets --banks` (default: classical)",
     )
     add_tuning_options(group)
+    add_mode_options(group)
     add_set_option(group, "change one value of the preset")
 
 

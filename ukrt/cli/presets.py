@@ -1,6 +1,15 @@
 """``ukrt presets``: the guitars there are; with a name, that guitar as TOML which ``--preset`` loads again."""
 
-from .common import UsageError, add_command, add_set_option, add_tuning_options, given_settings, load_guitar, say
+from .common import (
+    UsageError,
+    add_command,
+    add_mode_options,
+    add_set_option,
+    add_tuning_options,
+    given_settings,
+    load_guitar,
+    say,
+)
 
 _EPILOG = """\
 examples:
@@ -19,6 +28,7 @@ def add_parser(commands):
         "--banks", action="store_true", help="list them as bank and program, by which MIDI chooses them in `ukrt play`"
     )
     add_tuning_options(parser)
+    add_mode_options(parser)
     add_set_option(parser, "change one value before printing")
     parser.set_defaults(run=run)
 

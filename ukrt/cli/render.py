@@ -10,6 +10,7 @@ from .common import (
     add_command,
     add_fingering_option,
     add_guitar_options,
+    add_mode_options,
     add_part_options,
     add_rate_option,
     add_tuning_options,
@@ -75,6 +76,7 @@ def add_parser(commands):
     )
     add_guitar_options(parser)
     add_tuning_options(parser)
+    add_mode_options(parser)
     parser.set_defaults(preset=_Unchosen("classical"))
     add_rate_option(parser, None, "default: 48000; a take's own")
     add_block_option(parser, 512, "default: %(default)s")

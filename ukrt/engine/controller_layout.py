@@ -9,7 +9,8 @@ ANGLE, HARMONIC, FLESH, MUTE = 16, 17, 18, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
 PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
 INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
-SOUND_OFF, RESET, NOTES_OFF = 120, 121, 123
+SOUND_OFF, RESET, NOTES_OFF, MONO, POLY = 120, 121, 123, 126, 127
+ZONE_RPN = 6  # MPE Configuration Message
 DOWN = 64  # a switch or a pedal is on from here
 MIDDLE = 64  # of a controller that goes both ways
 
@@ -22,8 +23,14 @@ CONTROLLERS = (
     ),
     (
         f"RPN 0 (CC {RPN_MSB}, {RPN_LSB} = 0, 0) with CC {DATA_MSB}, {DATA_LSB}, {INCREMENT}, {DECREMENT}",
-        "bend range in semitones, cents, one cent up, one cent down; at most 24 semitones; "
-        "`playing.bend_range_semitones` before that",
+        "bend range in semitones, cents, one cent up, one cent down; at most 96 semitones; "
+        "`playing.bend_range_semitones` before that, in zones 48 for members and 2 for masters. On a member: for all "
+        "members of its zone",
+    ),
+    (
+        f"RPN {ZONE_RPN} on channels 1 and 16 with CC {DATA_MSB}",
+        "a lower or upper zone of MPE with 1 to 15 members, 0: off; on other channels, with more members or in mode "
+        "`guitar` it is counted (`rpn_ignored`)",
     ),
     ("other RPNs, NRPNs", "nothing; their data entries are counted (`rpn_ignored`)"),
     (
@@ -33,7 +40,8 @@ CONTROLLERS = (
     ),
     (
         f"CC {LEGATO} legato ({DOWN} and above is on)",
-        "a note that begins while another of the channel is held is slurred, where the hand reaches it on that string",
+        "a note that begins while another of the channel is held is slurred, where the hand reaches it on that string; "
+        "before that on for channels with one voice alone",
     ),
     (
         f"CC {GLIDE} portamento ({DOWN} and above is on)",
@@ -86,7 +94,13 @@ CONTROLLERS = (
         "another guitar: bank 0 those of `--preset`, bank 1 those of `ukrt presets --banks`; what there is not changes "
         "nothing",
     ),
-    (f"CC {NOTES_OFF} all notes off, 124 to 127", "every key of the channel comes up; the pedal still holds"),
+    (f"CC {NOTES_OFF} all notes off, 124, 125", "every key of the channel comes up; the pedal still holds"),
+    (
+        f"CC {MONO} mono, {POLY} poly",
+        "the same; and as many channels from this one on as the value says (0: as there are strings) have one voice "
+        "each, or have many again. In a zone: its members",
+    ),
+    ("any of these on the master of a zone", f"for all its members, but for RPNs; bends and CC {PLACE} add up"),
     ("system reset (FF)", "all channels: as CC 120, then as at power-up"),
 )
 

@@ -23,7 +23,11 @@ UNTIL_DAMPED = 1 << 60  # frame at which a touch leaves that stays for the whole
 FINGERS = 4  # of the left hand that stop strings
 MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
 MAX_BEND_CENTS = 1200  # tension ratio 1/4 .. 4: an octave either way
-MAX_RANGE_CENTS = 2400
+MAX_RANGE_CENTS = 9600  # the widest that MPE knows (M1-100-UM, 2.4)
+MEMBER_RANGE_CENTS, MASTER_RANGE_CENTS = 4800, 200  # bend ranges in a zone before any RPN 0 (M1-100-UM, 2.4)
+MOST_MEMBERS = 15  # channels of a zone beside its master
+LAST_CHANNEL = CHANNELS - 1
+KEYBOARD, GUITAR, MPE, GUITAR_MPE = range(4)  # modes, in the order of ukrt.model.parameters.MIDI_MODES
 
 # Costs of a choice, in points. What is forced outweighs all; steals outweigh every stretch, stretches every shift,
 # shifts most preferences.
@@ -64,6 +68,8 @@ I_HAMMER = PLAYER_I + 17  # frames in which a hammering finger comes to rest
 I_TOUCH = PLAYER_I + 18  # frames for which a node is still touched after the release
 I_FLESH = PLAYER_I + 19  # frames in which the softest fingertip lets go
 I_REPEAT = PLAYER_I + 20  # keys after which the scale repeats, 12 where there is no other
+I_MODE = PLAYER_I + 21
+I_BASE = PLAYER_I + 22  # channel of the highest string in guitar mode, 0 .. 15
 I_OPEN = PLAYER_I + 24  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 
@@ -116,6 +122,8 @@ COUNTER_NAMES = (
     "stretches",
     "forces_refused",
     "notes_slurred",
+    "notes_beyond_strings",
+    "zones_set",
 )
 (
     NOTES_ON,
@@ -141,6 +149,8 @@ COUNTER_NAMES = (
     STRETCHES,
     FORCES_REFUSED,
     NOTES_SLURRED,
+    NOTES_BEYOND_STRINGS,
+    ZONES_SET,
 ) = range(len(COUNTER_NAMES))
 
 # State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
@@ -167,14 +177,18 @@ S_SPEED = I_STRING + 13 * ROW  # and its speed [um/s], 0: at rest
 S_PRESSURE = I_STRING + 14 * ROW  # polyphonic pressure of its note
 S_TOUCHED = I_STRING + 15 * ROW  # frame at which what touches it leaves, -1: nothing does
 S_RELEASE = I_STRING + 16 * ROW  # frames in which its plucks were last asked to let go
-I_SAVED_SIZE = S_RELEASE + ROW - I_TAKEN_BACK
+S_LET = I_STRING + 17 * ROW  # 1 + its channel's bend range where a member's note is held by the pedal alone, else 0
+S_LET_BEND = I_STRING + 18 * ROW  # and that channel's bend when its key came up
+I_SAVED_SIZE = S_LET_BEND + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_RELEASE + ROW
+I_SAVED = S_LET_BEND + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
+I_LOWER = I_STARTED + 3  # 1 + members of MPE's lower zone, 0: as the mode has it
+I_UPPER = I_STARTED + 4  # members of the upper zone
 S_TENSION_FRAME = I_STARTED + 8  # frame of the last tension gesture
 I_CHANNEL = S_TENSION_FRAME + ROW
 C_BEND = I_CHANNEL + 0 * CHANNELS  # -8192 .. 8191
@@ -183,7 +197,7 @@ C_RPN = I_CHANNEL + 2 * CHANNELS  # msb * 128 + lsb, RPN_NULL, or NRPN
 C_PEDAL = I_CHANNEL + 3 * CHANNELS
 C_STRING = I_CHANNEL + 4 * CHANNELS  # string that CC20 names for notes to come, 1 the highest; 0: free
 C_POSITION = I_CHANNEL + 5 * CHANNELS  # fret under the index finger that CC21 names for notes to come; 0: free
-C_LEGATO = I_CHANNEL + 6 * CHANNELS
+C_LEGATO = I_CHANNEL + 6 * CHANNELS  # 1: on, -1: off, 0: on where the channel has one voice
 C_GLIDES = I_CHANNEL + 7 * CHANNELS  # portamento is on
 C_GLIDE_TIME = I_CHANNEL + 8 * CHANNELS  # 0 .. 127, -1: as the preset has it
 C_WHEEL = I_CHANNEL + 9 * CHANNELS  # vibrato asked for by the wheel
@@ -193,7 +207,8 @@ C_ANGLE = I_CHANNEL + 12 * CHANNELS
 C_HARMONIC = I_CHANNEL + 13 * CHANNELS  # notes to come are harmonics
 C_MUTE = I_CHANNEL + 14 * CHANNELS  # 0: not muted
 C_FLESH = I_CHANNEL + 15 * CHANNELS  # how softly plucks let go
-I_OWED = I_CHANNEL + 16 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_MONO = I_CHANNEL + 16 * CHANNELS  # 1 + channel of the CC 126 that gave it one voice, -1: many, 0: as the mode has it
+I_OWED = I_CHANNEL + 17 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 

@@ -9,6 +9,7 @@ import numpy as np
 from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.model.fingerboard import fingerboard, key_cents, repeat_keys
+from ukrt.model.parameters import MIDI_MODES
 from ukrt.playing.rules import (
     BEND_RAMP_TIME,
     BEND_SLOT_TIME,
@@ -53,6 +54,8 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_GAP] = max(_frames(GAP_TIME, sample_rate), lift + 1)
     i[at.I_DAMPED_IDLE] = guitar.playing.idle_strings == "damped"
     i[at.I_BEND_RANGE] = round(100 * guitar.playing.bend_range_semitones)
+    i[at.I_MODE] = MIDI_MODES.index(guitar.playing.midi_mode)
+    i[at.I_BASE] = guitar.playing.base_channel - 1
     i[at.I_BEND_RAMP] = _frames(BEND_RAMP_TIME, sample_rate)
     i[at.I_BEND_SLOT] = max(_frames(BEND_SLOT_TIME, sample_rate), -(-lead // 4))
     _make_articulation(guitar.articulation, sample_rate, d, i)

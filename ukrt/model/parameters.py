@@ -14,6 +14,7 @@ MAX_CONTACTS = 5  # fingers and dampers together on one string
 LEAST_GAP = 1e-4  # m between two contacts: nearer, they are one
 LEAST_RIGID_GAP = 1e-3  # m: two rigid points nearer than this fix the slope as well, and the system becomes singular
 LEAST_NUT_GAP = 5e-3  # m that the contact nearest to the nut keeps from it at the first fret
+MIDI_MODES = ("keyboard", "guitar", "mpe", "guitar-mpe")
 EQUAL_TEMPERAMENT = tuple(100.0 * n for n in range(1, 13))  # cents
 
 
@@ -154,6 +155,8 @@ class Playing(f.Checked):
     bend_range_semitones: float = f.number("semitones", 0.0, 24.0, "full pitch bend, unless an RPN changes it", 2.0)
     hand_span_frets: int = f.integer(1, 24, "frets that the left hand spans without moving", 4)
     capo: int = f.integer(0, 12, "fret at which a capo holds all strings, 0: none; frets are counted from there", 0)
+    midi_mode: str = f.choice(MIDI_MODES, "what MIDI channels stand for: keys, strings, or notes", "keyboard")
+    base_channel: int = f.integer(1, 16, "MIDI channel of the highest string in mode guitar, others follow", 1)
 
     def cross_check(self):
         if self.capo > self.frets:
@@ -255,6 +258,10 @@ class Guitar(f.Checked):
         if len(contacts) + len(places) > MAX_CONTACTS:
             words = f"it may have at most {MAX_CONTACTS - len(contacts)} beside the finger's {len(contacts)} contacts"
             raise ParameterError("damper.places", list(places), words)
+        last = 17 - len(self.strings)
+        if self.playing.midi_mode == "guitar" and self.playing.base_channel > last:
+            words = f"it must be from 1 to {last}: the channels of {len(self.strings)} strings end at 16"
+            raise ParameterError("playing.base_channel", self.playing.base_channel, words)
         limit = LEAST_NUT_GAP - first_fret(self)
         for n, contact in enumerate(contacts):
             if contact.offset < limit:

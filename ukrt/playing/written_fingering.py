@@ -5,7 +5,7 @@ that whoever plays along on the same channel is not bound. So the compiled playe
 what it got can be recorded and repeated like anything else.
 
 A file that says itself where its notes lie is left alone: one that has these controllers, or a channel for each string,
-as MIDI guitars send.
+as MIDI guitars send. So is one for channels that are strings, or notes of MPE with pedals and bends of their zone.
 """
 
 from dataclasses import dataclass, replace
@@ -20,6 +20,7 @@ from ukrt.playing.written_notes import CONTROL, NOTE_OFF, PERCUSSION, written_no
 
 CHOICES = ("look-ahead", "causal")
 STRING, POSITION = 20, 21
+DATA_MSB, RPN_LSB, RPN_MSB, ZONE_RPN = 6, 100, 101, 6
 MOST_NOTES = 30_000  # more are not searched: dense chords under the pedal take some milliseconds a note
 
 
@@ -65,7 +66,7 @@ def write_fingering(score, guitar):
     summary : Summary
     """
     notes, neck = written_notes(score), neck_of(guitar)
-    if why := _says_itself(score, notes, neck):
+    if why := _says_itself(score, notes, neck, guitar.playing.midi_mode):
         return score, Summary("causal", why)
     fold = fold_table(neck.open, neck.frets, repeat_keys(guitar.tuning), key_cents(guitar.tuning)[1])
     notes = [note for note in notes if fold[note.key] >= 0]
@@ -77,8 +78,12 @@ def write_fingering(score, guitar):
     return written, Summary("look-ahead", "", cut, let_go, found.given_up)
 
 
-def _says_itself(score, notes, neck):
+def _says_itself(score, notes, neck, mode):
     """Why the strings of this score are not to be chosen, "" if they are."""
+    if mode != "keyboard":
+        return f"channels are strings or single notes (playing.midi_mode is {mode})"
+    if _sets_zones(score):
+        return "the file has zones of MPE (RPN 6)"
     controls = (score.status & 0xF0 == CONTROL) & (score.status & 0x0F != PERCUSSION)
     if np.any(controls & ((score.data1 == STRING) | (score.data1 == POSITION))):
         return "the file names strings or positions itself (CC 20, 21)"
@@ -87,6 +92,19 @@ def _says_itself(score, notes, neck):
     if _has_channel_per_string(notes, neck):
         return "the file has a channel for each string"
     return ""
+
+
+def _sets_zones(score):
+    """Whether there is an MPE Configuration Message: a data entry on channel 1 or 16 with RPN 6 chosen."""
+    chosen = {CONTROL: [0, 0], CONTROL | 15: [0, 0]}
+    for status, data1, data2 in zip(score.status.tolist(), score.data1.tolist(), score.data2.tolist(), strict=True):
+        if status not in chosen:
+            continue
+        if data1 in (RPN_LSB, RPN_MSB):
+            chosen[status][data1 - RPN_LSB] = data2
+        elif data1 == DATA_MSB and chosen[status] == [ZONE_RPN, 0]:
+            return True
+    return False
 
 
 def _has_channel_per_string(notes, neck):

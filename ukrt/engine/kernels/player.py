@@ -17,9 +17,11 @@ from ukrt.engine.kernels.player_chord import (
     play_chord,
     recall_chord,
 )
-from ukrt.engine.kernels.player_controllers import clear_channel, control_change, sound_off
+from ukrt.engine.kernels.player_controllers import clear_channel, sound_off
 from ukrt.engine.kernels.player_expression import set_key_pressure
 from ukrt.engine.kernels.player_log import count, log_end, log_note
+from ukrt.engine.kernels.player_modes import channel_control, clear_zones
+from ukrt.engine.kernels.player_mono import is_beyond, is_percussion
 from ukrt.engine.kernels.player_strings import ask, settle_string
 from ukrt.engine.kernels.player_touch import stopped_pitch
 
@@ -86,6 +88,7 @@ def _percussion(d, i, frame, kind, key, velocity):
 @kernel
 def _note_on(d, i, frame, channel, key, velocity):
     count(i, at.NOTES_ON)
+    count(i, at.NOTES_BEYOND_STRINGS, 1 if is_beyond(i, channel) else 0)
     seq = log_note(d, i, frame, channel, key, d[at.D_FORCE + velocity])
     wanted, partial = stopped_pitch(i, channel, key)
     pitch = i[at.I_FOLD + wanted]
@@ -131,6 +134,7 @@ def _system(d, i, frame, status):
     for channel in range(at.CHANNELS):
         sound_off(d, i, frame, channel)
         clear_channel(d, i, channel)
+    clear_zones(i)
 
 
 @kernel
@@ -147,7 +151,7 @@ def _channel_message(d, i, frame, kind, channel, data1, data2):
     elif kind == NOTE_ON or kind == NOTE_OFF:
         _note_off(d, i, frame, channel, data1)
     elif kind == CONTROL:
-        control_change(d, i, frame, channel, data1, data2)
+        channel_control(d, i, frame, channel, data1, data2)
     elif kind == BEND:
         count(i, at.BENDS)
         i[at.C_BEND + channel] = data2 * 128 + data1 - 8192
@@ -172,7 +176,7 @@ def player_message(d, i, frame, status, data1, data2):
     kind, channel = status & 0xF0, status & 0x0F
     if kind == SYSTEM:
         _system(d, i, frame, status)
-    elif channel == at.PERCUSSION_CHANNEL:
+    elif is_percussion(i, channel):
         _percussion(d, i, frame, kind, data1, data2)
     else:
         weigh = _changes_chord(kind, data1)

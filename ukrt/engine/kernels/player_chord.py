@@ -8,16 +8,18 @@ decided again (``play_chord``). So notes of one frame may come in any order.
 
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_bend import let_go
 from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
 from ukrt.engine.kernels.player_hand import hand_follow, place_hand
 from ukrt.engine.kernels.player_log import count, log_end, log_place
+from ukrt.engine.kernels.player_mono import find_monos, gives_way, string_wanted
 from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note, way_of
 from ukrt.engine.kernels.player_strings import (
     damp_string,
-    note_ratio,
     restore_ending,
     set_tension,
     start_note,
+    string_ratio,
     withdraw_note,
 )
 from ukrt.engine.kernels.player_touch import touch_string
@@ -48,7 +50,7 @@ def _recall_string(d, i, s, frame):
     withdraw_note(d, i, s, frame)
     restore_ending(d, i, s, frame)
     sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
-    ratio = note_ratio(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) if sounding else 1.0
+    ratio = string_ratio(d, i, s) if sounding else 1.0
     set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP], 0.0)
 
 
@@ -96,6 +98,15 @@ def _victim(i, seq, frame, fate, owed):
 
 
 @kernel
+def _is_repeated(i, s):
+    """Whether a note of the chord is the same key of the same channel as the string's."""
+    for note in range(i[at.G_COUNT]):
+        if i[at.G_KEY + note] == i[at.S_KEY + s] and i[at.G_CHANNEL + note] == i[at.S_CHANNEL + s]:
+            return True
+    return False
+
+
+@kernel
 def _end_former(i, s, frame, way):
     """The note that sounds on string ``s``, if any, gives way to a new one, or to its own repetition, or is slurred."""
     state = i[at.S_STATE + s]
@@ -105,7 +116,7 @@ def _end_former(i, s, frame, way):
     if way in (at.HAMMERED, at.PULLED, at.SLID):
         count(i, at.NOTES_SLURRED)
         _victim(i, i[at.S_SEQ + s], frame, at.SLURRED, owed)
-    elif i[at.X_FREED + s] == at.REPEATING:
+    elif i[at.X_FREED + s] == at.REPEATING and _is_repeated(i, s):
         count(i, at.NOTES_REPEATED)
         _victim(i, i[at.S_SEQ + s], frame, at.REPEATED, owed)
     else:
@@ -134,6 +145,7 @@ def end_note(d, i, s, frame):
     """The key of the note on string ``s`` comes up: the note is damped, or the pedal holds it."""
     if i[at.C_PEDAL + i[at.S_CHANNEL + s]] == 1:
         i[at.S_STATE + s] = at.PEDALLED
+        let_go(i, s)
         return
     log_end(i, i[at.S_SEQ + s], frame, at.PLAYED)
     damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
@@ -184,6 +196,7 @@ def play_chord(d, i, frame):
         i[at.I_SAVED + k] = i[at.I_TAKEN_BACK + k]
     _find_repeats(i)
     find_slurs(i)
+    find_monos(i)
     hand = i[at.I_HAND]
     place_hand(i)
     choose_strings(i)
@@ -194,7 +207,7 @@ def play_chord(d, i, frame):
     count(i, at.HAND_SHIFTS, min(way, 1))
     count(i, at.HAND_SHIFT_FRETS, way)
     for s in range(i[at.I_STRINGS]):
-        if i[at.X_FREED + s] == at.REPEATING and i[at.X_TAKER + s] < 0:
+        if gives_way(i, s):
             _end_former(i, s, frame, at.PLUCKED)
             damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
     for note in range(i[at.G_COUNT]):
@@ -230,7 +243,7 @@ def add_to_chord(i, channel, key, wanted, partial, seq):
     i[at.G_KEY + note], i[at.G_CHANNEL + note], i[at.G_WANTED + note] = key, channel, wanted
     i[at.G_PITCH + note], i[at.G_PARTIAL + note] = i[at.I_FOLD + wanted], partial
     i[at.G_SEQ + note], i[at.G_OFF + note], i[at.G_STRING + note] = seq, 0, -1
-    i[at.G_FORCED + note], i[at.G_POSITION + note] = i[at.C_STRING + channel], i[at.C_POSITION + channel]
+    i[at.G_FORCED + note], i[at.G_POSITION + note] = string_wanted(i, channel), i[at.C_POSITION + channel]
 
 
 @kernel

@@ -7,7 +7,7 @@ Whatever is neither played nor followed is counted. The percussion channel's con
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_bend import bend_range
+from ukrt.engine.kernels.player_bend import bend_range, set_bend_range
 from ukrt.engine.kernels.player_chord import close_chord, end_note
 from ukrt.engine.kernels.player_expression import clear_expression, reset_expression, set_expression
 from ukrt.engine.kernels.player_log import count, log_end
@@ -27,7 +27,7 @@ def _data_entry(i, channel, controller, value):
         cents = cents - cents % 100 + min(value, 99)
     else:
         cents += 1 if controller == cc.INCREMENT else -1
-    i[at.C_RANGE + channel] = max(0, min(at.MAX_RANGE_CENTS, cents))
+    set_bend_range(i, channel, max(0, min(at.MAX_RANGE_CENTS, cents)))
 
 
 @kernel
@@ -128,5 +128,6 @@ def clear_channel(d, i, channel):
     i[at.C_PEDAL + channel] = 0
     i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
     clear_expression(i, channel)
+    i[at.C_MONO + channel] = 0
     d[at.D_BEND + channel] = 0.0
     _forget_owed(i, channel)

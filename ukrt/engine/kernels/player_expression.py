@@ -8,6 +8,7 @@ import math
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_zones import timbre
 
 
 @kernel
@@ -22,7 +23,7 @@ def set_expression(i, channel, controller, value):
     elif controller == cc.GLIDE:
         i[at.C_GLIDES + channel] = 1 if value >= cc.DOWN else 0
     elif controller == cc.LEGATO:
-        i[at.C_LEGATO + channel] = 1 if value >= cc.DOWN else 0
+        i[at.C_LEGATO + channel] = 1 if value >= cc.DOWN else -1
     elif controller == cc.FLESH:
         i[at.C_FLESH + channel] = value
     elif controller == cc.HARMONIC:
@@ -68,7 +69,7 @@ def pluck_place(d, i, s, fret, channel):
 
     Towards the neck it never comes nearer to the finger than LEAST_SHARE of what sounds.
     """
-    place, value = d[at.D_PLUCK_PLACE], i[at.C_PLACE + channel]
+    place, value = d[at.D_PLUCK_PLACE], timbre(i, channel)
     if value > cc.MIDDLE:
         return place + (max(at.PLACE_BRIDGE, place) - place) * (value - cc.MIDDLE) / (127 - cc.MIDDLE)
     if value < cc.MIDDLE:

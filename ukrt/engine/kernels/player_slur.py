@@ -8,6 +8,7 @@ from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_expression import glide_frames
+from ukrt.engine.kernels.player_mono import is_legato, is_mono
 from ukrt.engine.kernels.player_strings import ask_fully, free_string, mark_begun, press_string
 
 
@@ -20,8 +21,13 @@ def _way(i, s, channel, pitch):
     if i[at.C_GLIDES + channel] == 1 and stop > 0 and fret > 0:
         return at.SLID
     near = i[at.I_HAND] if stop == 0 else stop
-    if i[at.C_LEGATO + channel] == 0 or (fret > 0 and abs(fret - near) > i[at.I_SPAN]):
+    if not is_legato(i, channel):
         return at.PLUCKED
+    if fret > 0 and abs(fret - near) > i[at.I_SPAN]:
+        if not is_mono(i, channel):
+            return at.PLUCKED
+        if stop > 0:
+            return at.SLID  # one voice, not struck anew: the finger has gone there
     return at.HAMMERED if fret > stop else at.PULLED
 
 
@@ -29,7 +35,7 @@ def _way(i, s, channel, pitch):
 def _string_to_slur(i, note):
     """The string, of those plucked last, that can go over into a note of the chord; -1 if none can."""
     found, channel = -1, i[at.G_CHANNEL + note]
-    if i[at.G_PARTIAL + note] > 0 or (i[at.C_LEGATO + channel] == 0 and i[at.C_GLIDES + channel] == 0):
+    if i[at.G_PARTIAL + note] > 0 or (not is_legato(i, channel) and i[at.C_GLIDES + channel] == 0):
         return found
     pitch = i[at.G_PITCH + note]
     for s in range(i[at.I_STRINGS]):
@@ -53,11 +59,12 @@ def find_slurs(i):
         if note < 0:
             return
         below = i[at.G_KEY + note]
-        if i[at.G_REPEAT + note] < 0:
-            s = _string_to_slur(i, note)
-            i[at.G_REPEAT + note] = s
-            if s >= 0:
-                i[at.X_FREED + s] = at.SLURRING
+        for other in range(i[at.G_COUNT]):  # a unison of several channels as well
+            if i[at.G_KEY + other] == below and i[at.G_REPEAT + other] < 0:
+                s = _string_to_slur(i, other)
+                i[at.G_REPEAT + other] = s
+                if s >= 0:
+                    i[at.X_FREED + s] = at.SLURRING
 
 
 @kernel

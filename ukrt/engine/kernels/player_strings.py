@@ -9,6 +9,7 @@ from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_expression import pluck_angle, pluck_place
 from ukrt.engine.kernels.player_log import count
+from ukrt.engine.kernels.player_zones import bend_cents, share_kept
 from ukrt.engine.kernels.timeline import timeline_add, timeline_cancel
 
 
@@ -57,13 +58,24 @@ def set_tension(d, i, s, frame, ratio, ramp, straight):
 @kernel
 def note_cents(d, i, channel, key):
     """How far a note of a channel and key is to sound from what its fret gives [cents]."""
-    return d[at.D_BEND + channel]
+    return bend_cents(d, i, channel)
 
 
 @kernel
 def note_ratio(d, i, channel, key):
-    """The tension ratio that takes it there: frequency goes with the root of the tension."""
-    cents = note_cents(d, i, channel, key)
+    """The tension ratio that takes it there."""
+    return _ratio(note_cents(d, i, channel, key))
+
+
+@kernel
+def string_ratio(d, i, s):
+    """The tension ratio that the note on string ``s`` wants."""
+    return _ratio(note_cents(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) + share_kept(d, i, s))
+
+
+@kernel
+def _ratio(cents):
+    """Frequency goes with the root of the tension; an octave either way is the most."""
     return 2.0 ** (max(-at.MAX_BEND_CENTS, min(at.MAX_BEND_CENTS, cents)) / 600.0)
 
 
@@ -112,7 +124,7 @@ def free_string(d, i, s, frame):
 @kernel
 def mark_begun(i, s):
     """A note has begun on string ``s``, after all others."""
-    i[at.S_PRESSURE + s] = 0
+    i[at.S_PRESSURE + s] = i[at.S_LET + s] = 0
     i[at.I_PLUCKS] += 1
     i[at.S_ORDER + s] = i[at.I_PLUCKS]
 

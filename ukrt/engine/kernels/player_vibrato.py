@@ -8,17 +8,16 @@ import math
 
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_strings import note_ratio, set_tension
+from ukrt.engine.kernels.player_strings import set_tension, string_ratio
+from ukrt.engine.kernels.player_zones import vibrato_asked
 
 SLOTS_TO_DEPTH = 10.0  # slots in which the depth goes all the way: 0.1 s (estimate)
 
 
 @kernel
 def _wanted(d, i, s):
-    """Depth [cents] that the string's note is asked for: the largest of wheel, channel and key pressure."""
-    channel = i[at.S_CHANNEL + s]
-    most = max(i[at.C_WHEEL + channel], max(i[at.C_PRESSURE + channel], i[at.S_PRESSURE + s]))
-    return most * d[at.D_VIBRATO_CENTS] / 127.0
+    """Depth [cents] that the string's note is asked for."""
+    return vibrato_asked(i, s) * d[at.D_VIBRATO_CENTS] / 127.0
 
 
 @kernel
@@ -38,6 +37,5 @@ def follow_vibrato(d, i, now):
         depth += max(-change, min(change, wanted - depth))
         phase = (d[at.D_PHASE + s] + d[at.D_VIBRATO_STEP]) % (2.0 * math.pi) if depth > 0.0 else 0.0
         d[at.D_DEPTH + s], d[at.D_PHASE + s] = depth, phase
-        rest = note_ratio(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s])
-        ratio = rest * 2.0 ** (depth * math.sin(phase) / 600.0)
+        ratio = string_ratio(d, i, s) * 2.0 ** (depth * math.sin(phase) / 600.0)
         set_tension(d, i, s, now + i[at.I_LEAD], ratio, i[at.I_VIBRATO_SLOT], 1.0)

@@ -12,6 +12,7 @@ from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_bend import follow_bend
 from ukrt.engine.kernels.player_chord import close_chord
 from ukrt.engine.kernels.player_log import log_end
+from ukrt.engine.kernels.player_modes import adopt_mode
 from ukrt.engine.kernels.player_strings import ask
 from ukrt.engine.kernels.timeline import timeline_cancel
 from ukrt.engine.kernels.transfer_hands import carry_place, scaled_frames
@@ -40,6 +41,7 @@ def transfer_player(d0, i0, d1, i1, now, pace):
     _carry_gestures(d0, i0, d1, i1, now, pace)
     if i1[at.I_STARTED]:
         _idle_its_way(d1, i1, now, strings0, i0[at.I_DAMPED_IDLE])
+    adopt_mode(d1, i1, now, i0[at.I_MODE], i0[at.I_BASE])
     for channel in range(at.CHANNELS):  # the preset's own bend range may be another
         follow_bend(d1, i1, now, channel)
 
@@ -65,7 +67,7 @@ def _give_up_string(d, i, s, now):
         log_end(i, i[at.S_SEQ + s], now, at.SILENCED)
     for row in (at.S_STATE, at.S_CHANNEL, at.S_KEY, at.S_FINGER, at.S_ORDER, at.S_TENSION_FRAME):
         i[row + s] = 0
-    for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE, at.S_RELEASE):
+    for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE, at.S_RELEASE, at.S_LET):
         i[row + s] = 0
     for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED):
         i[row + s] = -1

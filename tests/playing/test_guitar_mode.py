@@ -1,0 +1,283 @@
+"""A channel for each string, as MIDI guitars send: which string plays, what overlapping notes become, what bends move;
+and channels with one voice in other modes (CC 126, 127: mode 4 of the MIDI 1.0 Detailed Specification)."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from player_bench import Bench, check_plucks
+
+from ukrt.engine import controller_layout as cc
+from ukrt.engine import gestures as do
+from ukrt.engine.kernels.transfer_player import transfer_player
+from ukrt.errors import ParameterError
+from ukrt.model.presets import load_preset
+from ukrt.playing.written_fingering import write_fingering
+
+OPEN = (64, 59, 55, 50, 45, 40)  # of strings 1 to 6
+
+
+def guitar_bench(base=1, mode="guitar", preset="classical", **more):
+    settings = {"playing.midi_mode": mode, "playing.base_channel": str(base)}
+    return Bench(settings | {key.replace("__", "."): value for key, value in more.items()}, preset=preset)
+
+
+def places(bench):
+    """Channel -> (string number, fret, key) of what sounds."""
+    count = len(bench.open)
+    return {channel: (count - s, fret, key) for s, (key, channel, fret) in bench.held().items()}
+
+
+def ways(bench):
+    return [note["articulation"] for note in bench.log]
+
+
+@pytest.mark.parametrize(("base", "preset"), [(1, "classical"), (5, "classical"), (11, "classical"), (3, "ukulele")])
+def test_the_base_channel_plays_the_highest_string_and_those_after_it_the_others(base, preset):
+    """Roland, GR-20: with basic channel 1 the 1st (high E) string sends on channel 1, the 6th (low E) on channel 6."""
+    bench = guitar_bench(base, preset=preset)
+    strings = [s.note for s in reversed(bench.guitar.strings)]
+    for fret in (0, 3, 12):
+        frame = bench.frame + 40000
+        for number, note in enumerate(strings, start=1):
+            bench.on(frame, note + fret, channel=base - 2 + number)
+        wanted = {base - 2 + n: (n, fret, note + fret) for n, note in enumerate(strings, start=1)}
+        assert places(bench) == wanted
+        for number, note in enumerate(strings, start=1):
+            bench.off(frame + 20000, note + fret, channel=base - 2 + number)
+        assert bench.held() == {}
+    assert bench.counters["forces_refused"] == bench.counters["notes_beyond_strings"] == 0
+    bench.finish()
+    check_plucks(bench) if len(strings) == 6 else None
+
+
+def test_guitar_mpe_has_its_strings_on_the_members_of_the_lower_zone():
+    bench = guitar_bench(mode="guitar-mpe")
+    for number, note in enumerate(OPEN, start=1):
+        bench.on(100, note + 2, channel=number)
+    assert places(bench) == {n: (n, 2, note + 2) for n, note in enumerate(OPEN, start=1)}
+
+
+def test_overlapping_notes_are_slurred_and_others_are_plucked():
+    bench = guitar_bench()
+    bench.on(0, 66, channel=0)
+    bench.on(9000, 68, channel=0)  # up within the hand's reach
+    bench.off(9200, 66, channel=0)
+    bench.on(18000, 64, channel=0)  # down to the open string
+    bench.on(27000, 66, channel=0)
+    bench.on(36000, 76, channel=0)  # further than the hand reaches
+    bench.off(45000, 76, channel=0)
+    bench.on(45000, 74, channel=0)  # its note-off came first
+    assert ways(bench) == ["pluck", "hammer-on", "pull-off", "hammer-on", "slide", "pluck"]
+    assert places(bench) == {0: (1, 10, 74)}
+    bench.off(50000, 68, channel=0)  # keys that no longer sound
+    bench.off(50000, 64, channel=0)
+    bench.off(50000, 66, channel=0)
+    assert places(bench) == {0: (1, 10, 74)}
+    bench.off(51000, 74, channel=0)
+    assert bench.held() == {} and bench.counters["notes_off_unmatched"] == 0
+
+
+def test_a_key_struck_again_is_plucked_again():
+    bench = guitar_bench()
+    bench.on(0, 66, channel=0)
+    bench.on(9000, 66, channel=0)
+    assert ways(bench) == ["pluck", "pluck"] and bench.counters["notes_repeated"] == 1
+
+
+def test_legato_off_plucks_each_note_on_the_one_string_until_controllers_are_reset():
+    bench = guitar_bench()
+    bench.cc(0, cc.LEGATO, 0, channel=2)
+    bench.on(10, 57, channel=2)
+    bench.on(9000, 59, channel=2)
+    assert ways(bench) == ["pluck", "pluck"] and places(bench) == {2: (3, 4, 59)}
+    assert bench.counters["notes_stolen"] == 1 and bench.log[0]["fate"] == "stolen"
+    bench.cc(10000, cc.RESET, 0, channel=2)
+    bench.on(18000, 57, channel=2)
+    assert ways(bench)[-1] == "pull-off"
+
+
+def test_strings_slur_at_the_same_moment_each_its_own_note_and_unisons_too():
+    bench = guitar_bench()
+    bench.on(0, 66, channel=0)
+    bench.on(0, 66, channel=1)
+    bench.on(9000, 67, channel=0)
+    bench.on(9000, 67, channel=1)
+    assert ways(bench)[2:] == ["hammer-on", "hammer-on"]
+    assert places(bench) == {0: (1, 3, 67), 1: (2, 8, 67)}
+
+
+def test_a_note_its_string_does_not_have_goes_to_another_and_is_counted():
+    bench = guitar_bench()
+    bench.on(0, 50, channel=0)  # lower than the first string goes
+    assert places(bench)[0][0] in (4, 5, 6) and bench.counters["forces_refused"] == 1
+    bench.on(9000, 64, channel=0)
+    assert places(bench) == {0: (1, 0, 64)}  # one voice: the other string's note has ended
+    assert bench.counters["notes_stolen"] == 1
+    bench.off(12000, 50, channel=0)
+    bench.off(12000, 64, channel=0)
+    assert bench.held() == {} and bench.counters["notes_off_unmatched"] == 0
+
+
+def test_a_string_is_taken_back_from_a_note_that_does_not_belong_there():
+    bench = guitar_bench()
+    bench.cc(0, cc.STRING, 2, channel=0)
+    bench.on(10, 62, channel=0)
+    assert places(bench) == {0: (2, 3, 62)}  # CC 20 comes before the mode
+    bench.on(9000, 60, channel=1)
+    assert places(bench) == {1: (2, 1, 60)} and bench.log[0]["fate"] == "stolen"
+
+
+def test_channels_beyond_the_strings_play_as_a_keyboard_does_and_are_counted():
+    bench = guitar_bench(base=3)
+    bench.on(0, 60, channel=0)
+    bench.on(9000, 64, channel=0)
+    bench.on(9000, 52, channel=12)
+    assert len(bench.held()) == 3 and ways(bench) == ["pluck"] * 3
+    assert bench.counters["notes_beyond_strings"] == 3
+
+
+def test_channel_10_is_a_string_where_it_is_one_and_percussion_elsewhere():
+    bench = guitar_bench(base=8)
+    bench.on(0, 57, channel=9)
+    assert places(bench) == {9: (3, 2, 57)}
+    bench = guitar_bench(base=3)
+    bench.on(0, 57, channel=9)
+    assert bench.held() == {} and bench.counters["notes_percussion"] == 1
+
+
+def test_channels_must_end_at_16():
+    load_preset("classical", {"playing.midi_mode": "guitar", "playing.base_channel": "11"})
+    with pytest.raises(ParameterError, match="from 1 to 11"):
+        load_preset("classical", {"playing.midi_mode": "guitar", "playing.base_channel": "12"})
+    with pytest.raises(ParameterError, match=r"keyboard.*guitar.*mpe"):
+        load_preset("classical", {"playing.midi_mode": "piano"})
+
+
+def test_a_bend_moves_its_own_string_only():
+    bench = guitar_bench()
+    for channel, note in enumerate(OPEN):
+        bench.on(0, note + 2, channel=channel)
+    bench.bend(9000, 4096, channel=3)
+    bench.finish()
+    bends = [(frame, s, p[0]) for frame, kind, s, p in bench.gestures if kind == do.TENSION]
+    assert [bend[:2] for bend in bends] == [(9000 + bench.lead, 2)]
+    assert bends[0][2] == pytest.approx(2 ** (100 / 600), rel=1e-12)
+
+
+def test_bend_range_is_each_channels_own_and_zones_cannot_be_set():
+    bench = guitar_bench()
+    for controller, value in ((101, 0), (100, 6), (6, 15)):
+        bench.cc(0, controller, value, channel=0)
+    for controller, value in ((101, 0), (100, 0), (6, 12)):
+        bench.cc(0, controller, value, channel=1)
+    assert bench.counters["zones_set"] == 0 and bench.counters["rpn_ignored"] == 1
+    for channel in range(3):
+        bench.on(100, OPEN[channel], channel=channel)
+        bench.bend(9000, -4096, channel=channel)
+    bench.finish()
+    cents = [600 * np.log2(bench.strings[5 - channel].tension) for channel in range(3)]
+    assert cents == pytest.approx([-100, -600, -100])
+
+
+# CC 126 and 127 -------------------------------------------------------------------------------------------------------
+
+
+def mono_channels(bench):
+    """Channels on which the second of two overlapping notes ends the first."""
+    found = []
+    for channel in range(16):
+        frame = bench.frame + 40000
+        bench.on(frame, 45, channel=channel)
+        bench.on(frame + 9000, 59, channel=channel)
+        if len(bench.held()) == 1:
+            found.append(channel + 1)
+        bench.cc(frame + 18000, cc.NOTES_OFF, 0, channel=channel)
+        assert bench.held() == {}
+    return found
+
+
+@pytest.mark.parametrize(
+    ("basic", "value", "wanted"),
+    [(1, 6, range(1, 7)), (3, 1, [3]), (14, 6, [14, 15, 16]), (2, 0, range(2, 8)), (1, 16, set(range(1, 17)) - {10})],
+)
+def test_mono_on_gives_one_voice_to_m_channels_from_its_own_up_to_16(basic, value, wanted):
+    """MIDI 1.0: channels N through N+M-1 up to a maximum of 16; M = 0 assigns all voices, one per channel, from N."""
+    bench = Bench()
+    assert mono_channels(bench) == []
+    bench.cc(bench.frame + 1, cc.MONO, value, channel=basic - 1)
+    assert mono_channels(bench) == list(wanted)
+    bench.cc(bench.frame + 1, cc.POLY, 0, channel=basic - 1)
+    assert mono_channels(bench) == []
+
+
+def test_both_modes_messages_let_keys_come_up():
+    for controller in (cc.MONO, cc.POLY):
+        bench = Bench()
+        bench.on(0, 60, channel=4)
+        bench.on(0, 45, channel=8)
+        bench.cc(5000, controller, 1, channel=4)
+        assert [channel for _, channel, _ in bench.held().values()] == [8]
+
+
+def test_a_mono_channel_of_a_keyboard_slurs_and_stays_on_its_string_where_it_can():
+    bench = Bench()
+    bench.cc(0, cc.MONO, 1)
+    bench.on(10, 45)
+    bench.on(9000, 47)
+    assert ways(bench) == ["pluck", "hammer-on"] and places(bench) == {0: (5, 2, 47)}
+    bench.cc(10000, cc.LEGATO, 0)
+    bench.on(18000, 50)  # an open string, for a keyboard; the voice's own string has it, too
+    assert ways(bench)[-1] == "pluck" and places(bench) == {0: (5, 5, 50)}
+
+
+def test_poly_frees_the_strings_of_a_guitar_and_mono_gives_them_back():
+    bench = guitar_bench()
+    bench.cc(0, cc.POLY, 0, channel=0)
+    bench.on(10, 45, channel=0)
+    bench.on(10, 64, channel=0)
+    bench.on(10, 52, channel=3)
+    assert len(bench.held()) == 3 and bench.counters["forces_refused"] == 0
+    bench.cc(20000, cc.MONO, 6, channel=0)
+    bench.on(60000, 61, channel=1)
+    assert places(bench)[1] == (2, 2, 61)
+
+
+def test_notes_of_one_moment_are_a_chord_even_on_one_voice_and_all_end():
+    bench = guitar_bench()
+    bench.on(0, 66, channel=0)
+    bench.on(0, 59, channel=0)
+    assert len(bench.held()) == 2 and bench.counters["forces_refused"] == 1
+    bench.on(9000, 68, channel=0)
+    assert places(bench) == {0: (1, 4, 68)}
+    for key in (66, 59, 68):
+        bench.off(18000, key, channel=0)
+    assert bench.held() == {} and bench.counters["notes_off_unmatched"] == 0
+
+
+# Around it ------------------------------------------------------------------------------------------------------------
+
+
+def test_another_guitar_goes_on_in_its_own_mode_and_no_note_hangs():
+    old, new = guitar_bench(base=8), Bench()
+    old.on(0, 57, channel=9)
+    old.on(0, 64, channel=7)
+    transfer_player(old.d, old.i, new.d, new.i, 5000, 1.0)
+    assert [channel for _, channel, _ in new.held().values()] == [7]  # channel 10 is percussion from here on
+    new.off(9000, 64, channel=7)
+    new.off(9000, 57, channel=9)
+    assert new.held() == {}
+    again = guitar_bench(base=8)
+    old.cc(6000, cc.POLY, 0, channel=7)
+    transfer_player(old.d, old.i, again.d, again.i, 7000, 1.0)
+    again.on(60000, 45, channel=7)
+    assert places(again) == {7: (5, 0, 45)} and again.counters["forces_refused"] == 0  # poly, as it was told
+
+
+@pytest.mark.parametrize("mode", ["guitar", "guitar-mpe", "mpe"])
+def test_files_for_strings_or_zones_are_played_as_they_come(mode):
+    rows = [(0.0, 0x90, 64, 80), (1.0, 0x80, 64, 0)]
+    time_s, status, data1, data2 = (np.array(column) for column in zip(*rows, strict=True))
+    score = SimpleNamespace(time_s=time_s, status=status, data1=data1, data2=data2, duration_s=1.0)
+    same, summary = write_fingering(score, load_preset("classical", {"playing.midi_mode": mode}))
+    assert same is score and summary.choice == "causal" and mode in summary.why
