@@ -1,7 +1,7 @@
 """A channel for each string, as MIDI guitars send: which string plays, what overlapping notes become, what bends move;
 and channels with one voice in other modes (CC 126, 127: mode 4 of the MIDI 1.0 Detailed Specification)."""
 
-from types import SimpleNamespace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -274,10 +274,36 @@ def test_another_guitar_goes_on_in_its_own_mode_and_no_note_hangs():
     assert places(again) == {7: (5, 0, 45)} and again.counters["forces_refused"] == 0  # poly, as it was told
 
 
+@dataclass(frozen=True)
+class Rows:
+    """A score of (seconds, status, data1, data2)."""
+
+    time_s: np.ndarray
+    status: np.ndarray
+    data1: np.ndarray
+    data2: np.ndarray
+    duration_s: float = 1.0
+
+
+def score_of(*rows):
+    return Rows(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+NOTE = ((0.0, 0x90, 64, 80), (1.0, 0x80, 64, 0))
+
+
 @pytest.mark.parametrize("mode", ["guitar", "guitar-mpe", "mpe"])
 def test_files_for_strings_or_zones_are_played_as_they_come(mode):
-    rows = [(0.0, 0x90, 64, 80), (1.0, 0x80, 64, 0)]
-    time_s, status, data1, data2 = (np.array(column) for column in zip(*rows, strict=True))
-    score = SimpleNamespace(time_s=time_s, status=status, data1=data1, data2=data2, duration_s=1.0)
+    score = score_of(*NOTE)
     same, summary = write_fingering(score, load_preset("classical", {"playing.midi_mode": mode}))
     assert same is score and summary.choice == "causal" and mode in summary.why
+
+
+@pytest.mark.parametrize(
+    ("channel", "number", "choice"), [(0, 6, "causal"), (15, 6, "causal"), (3, 6, "look-ahead"), (0, 0, "look-ahead")]
+)
+def test_a_file_that_makes_zones_itself_is_one_of_them(channel, number, choice):
+    status = 0xB0 | channel
+    setting = ((0.0, status, 101, 0), (0.0, status, 100, number), (0.0, status, 6, 7))
+    score = score_of(*setting, *NOTE)
+    assert write_fingering(score, load_preset("classical"))[1].choice == choice
