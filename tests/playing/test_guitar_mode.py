@@ -62,17 +62,17 @@ def test_overlapping_notes_are_slurred_and_others_are_plucked():
     bench = guitar_bench()
     bench.on(0, 66, channel=0)
     bench.on(9000, 68, channel=0)  # up within the hand's reach
-    bench.off(9200, 66, channel=0)
+    bench.off(9200, 66, channel=0)  # note-offs of keys that no longer sound end nothing
     bench.on(18000, 64, channel=0)  # down to the open string
+    bench.off(18200, 68, channel=0)
     bench.on(27000, 66, channel=0)
+    bench.off(27200, 64, channel=0)
     bench.on(36000, 76, channel=0)  # further than the hand reaches
+    bench.off(36200, 66, channel=0)
+    assert places(bench) == {0: (1, 12, 76)}
     bench.off(45000, 76, channel=0)
     bench.on(45000, 74, channel=0)  # its note-off came first
     assert ways(bench) == ["pluck", "hammer-on", "pull-off", "hammer-on", "slide", "pluck"]
-    assert places(bench) == {0: (1, 10, 74)}
-    bench.off(50000, 68, channel=0)  # keys that no longer sound
-    bench.off(50000, 64, channel=0)
-    bench.off(50000, 66, channel=0)
     assert places(bench) == {0: (1, 10, 74)}
     bench.off(51000, 74, channel=0)
     assert bench.held() == {} and bench.counters["notes_off_unmatched"] == 0

@@ -8,18 +8,7 @@ from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_log import count
 from ukrt.engine.kernels.player_strings import bend_string, string_ratio
-from ukrt.engine.kernels.player_zones import NO_ZONE, bend_cents, master_of, zone_of, zone_place
-
-
-@kernel
-def bend_range(i, channel):
-    """The channel's bend range [cents]: what RPN 0 has set, else MPE's or, outside its zones, the preset's."""
-    if i[at.C_RANGE + channel] >= 0:
-        return i[at.C_RANGE + channel]
-    place = zone_place(i, channel)
-    if place < 0:
-        return i[at.I_BEND_RANGE]
-    return at.MEMBER_RANGE_CENTS if place > 0 else at.MASTER_RANGE_CENTS
+from ukrt.engine.kernels.player_zones import NO_ZONE, bend_cents, bend_range, master_of, zone_of
 
 
 @kernel

@@ -7,11 +7,12 @@ Whatever is neither played nor followed is counted. The percussion channel's con
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_bend import bend_range, set_bend_range
+from ukrt.engine.kernels.player_bend import set_bend_range
 from ukrt.engine.kernels.player_chord import close_chord, end_note
 from ukrt.engine.kernels.player_expression import clear_expression, reset_expression, set_expression
 from ukrt.engine.kernels.player_log import count, log_end
 from ukrt.engine.kernels.player_strings import damp_string
+from ukrt.engine.kernels.player_zones import bend_range
 
 
 @kernel

@@ -70,7 +70,7 @@ def note_ratio(d, i, channel, key):
 @kernel
 def string_ratio(d, i, s):
     """The tension ratio that the note on string ``s`` wants."""
-    return _ratio(note_cents(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) + share_kept(d, i, s))
+    return _ratio(note_cents(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) + share_kept(i, s))
 
 
 @kernel

@@ -51,6 +51,17 @@ def master_of(i, channel):
 
 
 @kernel
+def bend_range(i, channel):
+    """The channel's bend range [cents]: what RPN 0 has set, else MPE's or, outside its zones, the preset's."""
+    if i[at.C_RANGE + channel] >= 0:
+        return i[at.C_RANGE + channel]
+    place = zone_place(i, channel)
+    if place < 0:
+        return i[at.I_BEND_RANGE]
+    return at.MEMBER_RANGE_CENTS if place > 0 else at.MASTER_RANGE_CENTS
+
+
+@kernel
 def bend_cents(d, i, channel):
     """What pitch bends ask of a channel's notes: its own, and its master's on top (M1-100-UM, 2.4)."""
     master = master_of(i, channel)
@@ -58,12 +69,14 @@ def bend_cents(d, i, channel):
 
 
 @kernel
-def share_kept(d, i, s):
+def share_kept(i, s):
     """Cents by which a string's own bend differs from its channel's: a member's note that only the pedal holds keeps
     the bend that it had when its key came up, as the channel may have another note by now (M1-100-UM, 3.3.3)."""
     if i[at.S_LET + s] == 0:
         return 0.0
-    return i[at.S_LET_BEND + s] * (i[at.S_LET + s] - 1) / 8192.0 - d[at.D_BEND + i[at.S_CHANNEL + s]]
+    channel = i[at.S_CHANNEL + s]
+    kept, moved = i[at.S_LET_BEND + s] * (i[at.S_LET + s] - 1), i[at.C_BEND + channel] * bend_range(i, channel)
+    return (kept - moved) / 8192.0
 
 
 @kernel
