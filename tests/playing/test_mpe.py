@@ -15,6 +15,7 @@ from test_guitar_mode import places
 
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import gestures as do
+from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.player_vibrato import follow_vibrato
 from ukrt.engine.kernels.transfer_player import transfer_player
@@ -37,6 +38,20 @@ def rpn(bench, channel, number, value, fine=None):
 
 def mcm(bench, master, members):
     rpn(bench, master, 6, members)
+
+
+def swapped(bench, mode):
+    """The same guitar in another mode goes on; a bench has no strings to carry gestures over to, so they are copied."""
+    other = mpe_bench(mode)
+    bench.run(bench.frame)
+    transfer_player(bench.d, bench.i, other.d, other.i, bench.frame, 1.0)
+    last = layout.GESTURES + 5 * layout.MAX_GESTURES
+    other.d[layout.GESTURES : last] = bench.d[layout.GESTURES : last]
+    last = layout.GESTURES_I + 3 * layout.MAX_GESTURES
+    other.i[layout.GESTURES_I : last] = bench.i[layout.GESTURES_I : last]
+    other.i[layout.H_GESTURES] = bench.i[layout.H_GESTURES]
+    other.strings, other.frame = bench.strings, bench.frame
+    return other
 
 
 def zones_by_the_book(messages, start=()):
@@ -286,9 +301,7 @@ def test_a_released_note_keeps_its_bend_when_its_channel_has_another():
     rpn(bench, 9, 0, 24)
     bend(bench, LOWER, 0.5)
     assert (cents(bench, old), cents(bench, new)) == (pytest.approx(400), pytest.approx(400))
-    other = mpe_bench()
-    transfer_player(bench.d, bench.i, other.d, other.i, bench.frame, 1.0)
-    other.strings, other.frame = bench.strings, bench.frame
+    other = swapped(bench, "mpe")
     bend(other, 2, 0.0)
     bend(other, LOWER, -0.5)
     assert (cents(other, old), cents(other, new)) == (pytest.approx(200), pytest.approx(-100))
@@ -458,11 +471,8 @@ def test_no_note_hangs_in_any_mode(mode, events):
         if status == "mcm":
             mcm(bench, data[0], data[1])
         elif status == "mode":
-            other = mpe_bench(data[0])
             bench.run(frame)
-            transfer_player(bench.d, bench.i, other.d, other.i, frame, 1.0)
-            other.strings, other.frame = bench.strings, frame
-            bench = other
+            bench = swapped(bench, data[0])
         else:
             bench.send(frame, status | data[0], data[1], data[2])
     for channel in range(16):
