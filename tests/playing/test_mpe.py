@@ -41,15 +41,11 @@ def mcm(bench, master, members):
 
 
 def swapped(bench, mode):
-    """The same guitar in another mode goes on; a bench has no strings to carry gestures over to, so they are copied."""
+    """The same guitar in another mode goes on, with the gestures that are still to come."""
     other = mpe_bench(mode)
     bench.run(bench.frame)
+    bench.i[layout.H_STRINGS] = other.i[layout.H_STRINGS] = len(bench.strings)
     transfer_player(bench.d, bench.i, other.d, other.i, bench.frame, 1.0)
-    last = layout.GESTURES + 5 * layout.MAX_GESTURES
-    other.d[layout.GESTURES : last] = bench.d[layout.GESTURES : last]
-    last = layout.GESTURES_I + 3 * layout.MAX_GESTURES
-    other.i[layout.GESTURES_I : last] = bench.i[layout.GESTURES_I : last]
-    other.i[layout.H_GESTURES] = bench.i[layout.H_GESTURES]
     other.strings, other.frame = bench.strings, bench.frame
     return other
 
@@ -184,6 +180,13 @@ def test_channels_that_come_or_leave_are_silenced_and_reset_and_others_go_on():
     assert cents(bench, string_of(bench, 5, 59)) == 0.0  # its bend has been forgotten
 
 
+def test_the_parameter_stays_chosen_for_a_second_entry():
+    bench = mpe_bench("keyboard")
+    mcm(bench, LOWER, 9)
+    bench.cc(bench.frame + 1, cc.DATA_MSB, 3, channel=0)
+    assert bench.counters["zones_set"] == 2 and found_zones(bench)[LOWER] == (1, 2, 3, 4)
+
+
 def test_system_reset_brings_back_the_modes_zones():
     bench = mpe_bench()
     mcm(bench, LOWER, 0)
@@ -305,6 +308,17 @@ def test_a_released_note_keeps_its_bend_when_its_channel_has_another():
     bend(other, 2, 0.0)
     bend(other, LOWER, -0.5)
     assert (cents(other, old), cents(other, new)) == (pytest.approx(200), pytest.approx(-100))
+
+
+def test_a_string_plucked_again_follows_its_channel_again():
+    bench = mpe_bench()
+    bench.cc(0, cc.PEDAL, 127, channel=0)
+    bench.on(10, 64, channel=1)
+    s = string_of(bench, 2, 64)
+    bench.off(9000, 64, channel=1)
+    bench.on(18000, 64, channel=1)
+    bend(bench, 2, 0.0625)
+    assert string_of(bench, 2, 64) == s and cents(bench, s) == pytest.approx(300)
 
 
 def test_a_note_that_rings_out_does_not_follow_its_channels_next_note():
