@@ -9,6 +9,7 @@
 
 import numbers
 
+from .drivers.midi.stream import MidiStream
 from .errors import ParameterError, UkrtError
 from .model.presets import load_preset
 from .units import db_to_gain
@@ -89,6 +90,15 @@ class Synth:
         """Bend by ``bend``, from -8192 to 8191 of 8192 parts of the bend range."""
         position = _whole("bend", bend, -8192, 8191) + 8192
         self._send(0xE0, channel, position & 0x7F, position >> 7, frame)
+
+    def sysex(self, data, frame=None):
+        """Send a whole SysEx message, ``data`` (bytes) from F0 to F7: tunings, master volume, General MIDI's reset."""
+        data = bytes(data)
+        if len(data) < 2 or data[0] != 0xF0 or data[-1] != 0xF7 or max(data[1:-1], default=0) > 0x7F:
+            words = "it must begin with F0, end with F7, and be below 80 between"
+            raise ParameterError("data", data.hex(" ")[:40], words)
+        for status, data1, data2 in MidiStream().feed(data):
+            self._send(status, 0, data1, data2, frame)
 
     def process(self, n=None):
         """Compute the next ``n`` frames (default ``block_size``).

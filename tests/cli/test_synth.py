@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from engine import sysex
 
 import ukrt
 from ukrt.errors import ParameterError
@@ -35,6 +36,19 @@ def test_a_note_sounds_and_a_note_off_ends_it(synth):
     for _ in range(15):
         synth.process(4800)
     assert np.abs(synth.process(4800)).max() < 0.05 * ringing
+
+
+def test_sysex_is_sent_whole(synth):
+    sounds = []
+    for volume in (16383, 8192):
+        synth.reset()
+        synth.sysex(sysex.master_volume(volume))
+        synth.note_on(52, 100)
+        sounds.append(np.concatenate([synth.process(4800) for _ in range(2)])[480:])
+    np.testing.assert_allclose(sounds[1], sounds[0] * (8192 / 16383) ** 2, rtol=1e-12)
+    for wrong in (b"", b"\xf0", b"\x7f\x00", sysex.master_volume(1)[:-1], b"\xf0\x7f\x80\xf7"):
+        with pytest.raises(ParameterError, match="begin with F0"):
+            synth.sysex(wrong)
 
 
 def test_the_pedal_holds_what_note_off_would_end(synth):

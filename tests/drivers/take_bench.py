@@ -14,7 +14,8 @@ OTHER = dataclasses.replace(SOUND, guitar=dataclasses.replace(PAPER, name="Gr√∂√
 NOTE = 0x90 << 16 | 60 << 8 | 100
 SHED, RESET, SWAP = (kind << KIND_SHIFT for kind in (KIND_SHED, KIND_RESET, KIND_SWAP))
 ENTRIES = [(0, NOTE), (10, SHED | 2), (10, NOTE), (11, SWAP | 1), (11, 0xC0 << 16 | 5 << 8), (500, RESET | 64),
-           (500, 0xFF << 16), (501, 0x90 << 16 | 200 << 8 | 1), (9000, 0xE0 << 16 | 127 << 8)]  # fmt: skip
+           (500, 0xFF << 16), (501, 0x90 << 16 | 200 << 8 | 1), (600, 0xF07F7F), (600, 0xF40401), (600, 0xF40102),
+           (700, 0xF70000), (701, 0xF50000), (9000, 0xE0 << 16 | 127 << 8)]  # fmt: skip
 
 
 def sounds(number):

@@ -7,6 +7,7 @@ import mido
 import numpy as np
 import pytest
 import smf
+from engine.sysex import LONGEST, master_volume, messages, note_tuning
 
 from ukrt.drivers.files import midi as midi_file
 from ukrt.drivers.files import midi_track
@@ -52,7 +53,8 @@ def random_midi_file(seed, midi_format):
             elif kind == "text":
                 track.append(mido.MetaMessage(kind, text="x" * rng.randrange(300), time=time))
             elif kind == "sysex":
-                track.append(mido.Message(kind, data=[1, 2, 3], time=time))
+                data = rng.choice([[1, 2, 3], [127, 127, 4, 1, 0, 64], [126, 1, 9, 1], [127] * 50, [127]])
+                track.append(mido.Message(kind, data=data, time=time))
             else:
                 fields = {"pitchwheel": {"pitch": rng.randrange(-8192, 8192)}, "program_change": {"program": 3}}
                 track.append(mido.Message(kind, channel=channel, time=time, **fields.get(kind, {})))
@@ -68,7 +70,9 @@ def test_well_formed_files_agree_with_mido(seed, tmp_path):
     now, expected = 0.0, []
     for message in mido.MidiFile(path):
         now += message.time
-        if not message.is_meta and message.type != "sysex":
+        if message.type == "sysex":
+            expected += [(now, *piece) for piece in messages(bytes(message.bytes()))]
+        elif not message.is_meta:
             expected.append((now, *[*message.bytes(), 0][:3]))
     times, status, data1, data2 = zip(*expected, strict=True)
     assert len(times) >= 30
@@ -102,6 +106,25 @@ def test_format_2_plays_its_tracks_one_after_another_with_their_own_tempo(load):
     score = load(smf.file(first, second, midi_format=2))
     assert score.time_s.tolist() == [0.0, 0.25, 0.5, 1.0]
     assert score.duration_s == 1.0
+
+
+def exclusive_event(ticks, status, data):
+    """A SysEx event: F0, or F7 for a packet that continues it or bytes to be sent as they are."""
+    return smf.event(ticks, status, *smf.number(len(data)), *data)
+
+
+def test_exclusive_messages_come_in_one_packet_or_in_several(load):
+    whole = note_tuning({key: key + 0.25 for key in range(60, 72)})
+    packets = exclusive_event(0, 0xF0, whole[1:8]) + exclusive_event(96, 0xF7, whole[8:9])
+    packets += exclusive_event(96, 0xF7, whole[9:]) + exclusive_event(96, 0xF7, b"\x90\x40\x40") + END
+    for body in (exclusive_event(288, 0xF0, whole[1:]) + END, packets):
+        score = load(smf.file(body))
+        found = list(zip(score.status.tolist(), score.data1.tolist(), score.data2.tolist(), strict=True))
+        assert found == messages(whole) and score.n_notes == 0 and score.warnings == ()
+    broken = exclusive_event(0, 0xF0, whole[1:20]) + exclusive_event(0, 0xF0, master_volume(5)[1:]) + END
+    assert load(smf.file(broken)).status.tolist()[-3:] == [0xF4, 0xF4, 0xF7]
+    long = load(smf.file(exclusive_event(0, 0xF0, bytes([127] * 5000 + [0xF7])) + smf.note() + END))
+    assert len(long.status) == LONGEST // 2 + 1 + 2
 
 
 def test_end_of_track_counts_into_the_duration(load):
@@ -268,7 +291,8 @@ def test_mutated_files_are_played_or_refused_and_nothing_else(load, tmp_path):
         assert np.all(np.diff(score.time_s) >= 0.0) and np.all(np.isfinite(score.time_s))
         assert len(score.time_s) <= len(data)
         assert np.all(score.time_s <= score.duration_s + 1e-9) and score.duration_s <= 7200.0
-        assert np.all((score.status >= 0x80) & (score.status < 0xF0)) and np.all((score.data1 | score.data2) < 0x80)
+        channel, piece = (score.status >= 0x80) & (score.status < 0xF0), np.isin(score.status, [0xF0, 0xF4, 0xF5, 0xF7])
+        assert np.all(channel | piece) and np.all((score.data1 | score.data2) < 0x80)
     assert min(outcomes.values()) > 400, outcomes
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from engine import sysex
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -94,6 +95,14 @@ def test_inputs_are_merged_with_the_frame_of_each_arrival(world):
     assert world.written() == [(5, 0x90, 60, 1), (5, 0x90, 61, 2), (5, 0x91, 60, 3), (7, 0xE1, 1, 2)]
     assert world.merger.received == 4
     assert world.merger.names == ["a (ALSA)", "b (ALSA)"]
+
+
+def test_sysex_of_two_inputs_goes_one_after_the_other(world):
+    a, b = world.add("a"), world.add("b")
+    a.waiting, b.waiting = (sysex.messages(whole) for whole in (sysex.master_fine(5), sysex.master_volume(6)))
+    expected = [(5, *message) for message in [*a.waiting, *b.waiting]]
+    world.poll(5)
+    assert world.written() == expected
 
 
 def test_what_a_port_held_ends_when_it_goes_unless_another_holds_it_too(world):

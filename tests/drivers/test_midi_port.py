@@ -81,8 +81,10 @@ def test_a_burst_is_taken_in_portions_and_none_is_lost(clock):
 
 def test_several_messages_in_a_packet_and_split_ones(clock):
     one, midi = opened()
-    midi.arrivals = [(clock.ns, [0x90, 60, 1, 61, 1]), (clock.ns, [0xF0, 1]), (clock.ns, [2, 0xF7]), (clock.ns, [0xF8])]
-    assert [tuple(message) for _, message in one.poll()] == [(0x90, 60, 1), (0x90, 61, 1)]
+    packets = [[0x90, 60, 1, 61, 1], [0xF0, 1], [2, 0xF7], [0xF8], [0xF0, 0x7F, 0, 4], [4, 0, 66, 0xF7]]
+    midi.arrivals = [(clock.ns, packet) for packet in packets]
+    coarse = [(0xF0, 0x7F, 0), (0xF4, 4, 4), (0xF4, 0, 66), (0xF7, 0, 0)]  # and of a maker's own what says so
+    assert [tuple(message) for _, message in one.poll()] == [(0x90, 60, 1), (0x90, 61, 1), (0xF5, 0, 0), *coarse]
 
 
 def test_a_port_that_cannot_be_opened_is_named(clock, monkeypatch):

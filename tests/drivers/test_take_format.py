@@ -70,6 +70,8 @@ def test_everything_that_was_written_is_read(take):
 words = st.one_of(
     st.builds(lambda a, b, c: a << 16 | b << 8 | c, st.integers(0x80, 0xBF), st.integers(0, 127), st.integers(0, 127)),
     st.builds(lambda a, b: a << 16 | b << 8, st.integers(0xC0, 0xDF), st.integers(0, 127)),
+    st.builds(lambda a, b, c: a << 16 | b << 8 | c, st.sampled_from([0xF0, 0xF4, 0xF5, 0xF7]), st.integers(0, 127),
+              st.integers(0, 130)),
     st.builds(lambda a, b, c: a << 16 | b << 8 | c, st.integers(0, 255), st.integers(128, 255), st.integers(0, 255)),
     st.integers(0, 2**32 - 1).map(lambda level: SHED | level),
     st.integers(0, 2**32 - 1).map(lambda frames: RESET | frames),

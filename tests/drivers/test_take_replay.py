@@ -7,7 +7,9 @@ import shutil
 import numpy as np
 import pytest
 import soundfile
+from engine import sysex
 
+from ukrt.drivers.files.midi import load_midi_file
 from ukrt.drivers.takes.files import render_take
 from ukrt.drivers.takes.reader import read_take
 from ukrt.drivers.takes.recorder import Recorder
@@ -126,6 +128,31 @@ def test_a_cable_that_is_pulled(tmp_path):
     player.play(2 * RATE // 3, messages=0)
     assert_equal_to_its_take(player)
     assert player.counters["sensing_timeouts"] == 1
+
+
+def test_sysex_and_volume(tmp_path):
+    """Whole and torn, in lanes that go on beside each other, while the cap holds pieces back, through a swap."""
+    player = Player(tmp_path, 14).play(2000)
+    whole = [
+        sysex.note_tuning({key: key + 0.4 for key in range(40, 84)}), sysex.scale_tuning(range(-6, 6)),
+        sysex.master_volume(9000), sysex.master_fine(7000), sysex.exclusive(0x43, 1, 2), sysex.general_midi(1),
+        sysex.note_tuning({key: 88.0 - key for key in range(40, 84)}, bank=0, real_time=False),
+    ]  # fmt: skip
+    for number, message in enumerate(whole):
+        for piece in sysex.messages(message)[: None if number % 3 else 2 * number + 9]:
+            player.engine.send(at.AT_ONCE, *piece, lane=LANES[number % 2])
+        for controller in (7, 11, 66, 67):
+            value = int(player.random.integers(30, 128))
+            player.engine.send(at.AT_ONCE, 0xB0, controller, value, lane=LANES[2])
+        player.play(4000, most=700)
+        if number == 4:
+            player.swap(load_preset("drop-d"))
+    report = assert_equal_to_its_take(player, blocks=(1, 333))
+    counted = [report["counters"][name] for name in ("sysex_ignored", "sysex_refused")]
+    assert counted == [player.counters[name] for name in ("sysex_ignored", "sysex_refused")] and counted[0] == 1
+    take = player.folder / "take.mid"
+    score = load_midi_file(take)
+    assert np.count_nonzero(score.status == 0xF7) == np.count_nonzero(read_take(take).event_words >> 16 == 0xF7) > 3
 
 
 def test_not_a_number_in_the_state(tmp_path):

@@ -65,6 +65,10 @@ for k in range(6000):
     engine.send(frame, 0x90 if k % 3 else 0x80, note, int(random.integers(1, 128)))
     if k % 20 == 0:
         engine.send(frame, 0xE0, 0, int(random.integers(0, 128)))
+    if k % 50 == 0:
+        for piece in ((0xF0, 127, 127), (0xF4, 4, 1), (0xF4, 0, k // 50), (0xF7, 0, 0), (0xB0, 66, k % 100),
+                      (0xF0, 127, 0), (0xF4, 8, 2), (0xF4, 0, 1), (0xF4, 60, 61), (0xF4, k // 50, 3), (0xF7, 0, 0)):
+            engine.send(frame, *piece)
     if k % 500 == 0:
         engine.send_event(frame, at.KIND_SHED, k // 500 % 4)
 engine.load(Instance(load_preset("drop-d"), 48000.0, shared=True))

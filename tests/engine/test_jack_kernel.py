@@ -126,7 +126,15 @@ def test_several_inputs_are_merged_in_order_each_with_its_own_stream():
     one = [(1, b"\x90\x40"), (7, None), (9, b"\x41")]
     two = [(0, b"\x91\x30\x31"), (9, b"\x32\x33")]
     server.cycle(32, one, two, [(4, b"\xf0\x01\x02"), (4, b"\x03")])
-    assert server.queued() == [(0, 0x913031), (9, 0x904041), (9, 0x913233)]
+    assert server.queued() == [(0, 0x913031), (4, 0xF50000), (9, 0x904041), (9, 0x913233)]
+
+
+def test_universal_sysex_comes_in_pieces_over_cycles_and_its_end_acts():
+    server = FakeServer(midi_inputs=2)
+    server.cycle(32, [(1, b"\xf0\x7f\x7f\x04")], [(2, b"\x90\x40\x50")])
+    server.cycle(32, [(3, b"\x01\x05\xf8\x06"), (7, b"\xf7\xc0\x01")], [(5, b"\x41\x50")])
+    first, second = [(1, 0xF07F7F), (2, 0x904050)], [(35, 0xF40401), (35, 0xF40506), (37, 0x904150)]
+    assert server.queued() == [*first, *second, (39, 0xF70000), (39, 0xC00100)]
 
 
 def test_frames_in_the_lane_never_go_back():

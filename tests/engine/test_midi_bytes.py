@@ -4,6 +4,8 @@ import re
 
 import mido
 import numpy as np
+from engine.sysex import LONGEST, exclusive, pieces
+from engine.sysex import messages as messages_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
@@ -37,7 +39,8 @@ def parse(*packets):
 
 
 def oracle(stream):
-    """What a stream means: real-time bytes are taken out, the rest is cut where statuses stand, and data counted off.
+    """What a stream means: real-time bytes are taken out, the rest is cut where statuses stand, and data counted off;
+    of SysEx the pieces.
 
     Messages are ordered by the place of their last byte.
     """
@@ -51,13 +54,23 @@ def oracle(stream):
                 first, second = (*run[2][k : k + length], 0)[:2]
                 last = start + places[run.start(2) + k + length - 1]
                 found.append((last, status << 16 | first << 8 | second))
+        for run in re.finditer(rb"\xf0([\x00-\x7f]*)(\xf7?)", bytes(part[k] for k in places)):
+            for k, piece in pieces(run[1], ended=bool(run[2])):
+                found.append((start + places[run.start(1) + k], word(piece)))
         start += len(part) + 1
     return [word for _, word in sorted(found)]
 
 
+def word(message):
+    status, data1, data2 = message
+    return status << 16 | data1 << 8 | data2
+
+
 STATUS = st.integers(0x80, 0xEF)
 DATA = st.integers(0, 0x7F)
-ANY = st.one_of(st.binary(max_size=400), st.lists(st.sampled_from([0x90, 0x40, 0xF0, 0xF7, 0xFE, 0xFF, 0xC1, 0xF2])))
+SAMPLES = [0x90, 0x40, 0xF0, 0xF7, 0xFE, 0xFF, 0xC1, 0xF2, 0x7E, 0x7F, 0x7F, 0xF0, 0xF7, 0xF4]
+UNIVERSAL = st.binary(max_size=2 * LONGEST).map(lambda data: b"\xf0\x7f" + bytes(b & 0x7F for b in data) + b"\xf7\x90")
+ANY = st.one_of(st.binary(max_size=400), st.lists(st.sampled_from(SAMPLES)), UNIVERSAL)
 
 
 @settings(max_examples=500, deadline=None)
@@ -80,8 +93,9 @@ def disturbed(draw):
     for _ in range(draw(st.integers(0, 30))):
         what = draw(st.integers(0, 5))
         if what == 0:
-            body = bytes(draw(st.lists(DATA, max_size=20)))
-            stream += b"\xf0" + body + (b"\xf7" if draw(st.booleans()) else b"")  # ended or not
+            body, ended = bytes(draw(st.lists(DATA | st.integers(0x7E, 0x7F), max_size=20))), draw(st.booleans())
+            stream += b"\xf0" + body + (b"\xf7" if ended else b"")
+            words += [word(piece) for _, piece in pieces(body, ended)]
             running = None
         elif what == 1:
             stream += draw(st.sampled_from([b"\xf1\x10", b"\xf2\x10\x20", b"\xf3\x07", b"\xf6", b"\xf2\x10", b"\xf5"]))
@@ -112,7 +126,7 @@ MESSAGE = st.one_of(
         DATA,
     ),
     st.builds(lambda s, a: mido.Message.from_bytes([s, a]), st.integers(0xC0, 0xDF), DATA),
-    st.builds(lambda data: mido.Message("sysex", data=data), st.lists(DATA, max_size=10)),
+    st.builds(lambda data: mido.Message("sysex", data=data), st.lists(DATA | st.integers(0x7E, 0x7F), max_size=10)),
     st.sampled_from(
         [mido.Message(n) for n in ("clock", "start", "active_sensing", "tune_request", "songpos", "reset")]
     ),
@@ -126,7 +140,9 @@ def test_as_mido_reads_it(messages):
     expected = []
     for message in mido.parse_all(stream):
         status, *data = message.bytes()
-        if status < 0xF0 or status >= 0xFE:
+        if status == 0xF0:
+            expected += [word(piece) for piece in messages_of(bytes(message.bytes()))]
+        elif status < 0xF0 or status >= 0xFE:
             expected.append(status << 16 | (*data, 0, 0)[0] << 8 | (*data, 0, 0)[1])
     assert parse(stream) == expected
 
@@ -135,8 +151,13 @@ def test_known_streams():
     assert parse(b"\x90\x40\x7f\x40\x00") == [0x90407F, 0x904000]  # running status
     assert parse(b"\x90\xf8\x40\xf8\x7f") == [0x90407F]
     assert parse(b"\x90\xfe\x40\x7f") == [0xFE0000, 0x90407F]
-    assert parse(b"\xf0\x01\xf8\x02", b"\x03", b"\xf7\x40\x7f") == []  # split; then data that mean nothing
-    assert parse(b"\xf0\x01\x02\x90\x40\x7f") == [0x90407F]  # aborted
+    assert parse(b"\xf0\x01\xf8\x02", b"\x03", b"\xf7\x40\x7f") == [0xF50000]  # split; then data that mean nothing
+    assert parse(b"\xf0\x01\x02\x90\x40\x7f") == [0xF50000, 0x90407F]  # aborted
+    assert parse(b"\xf0\x7f\x10\x04\x01\x90\x40\x7f") == [0xF07F10, 0xF40401, 0x90407F]  # no end: nothing acts
+    assert parse(b"\xf0\x7e\x7f\xf8\x09", b"\x01\xf7") == [0xF07E7F, 0xF40901, 0xF70000]
+    assert parse(b"\xf0\x7f\x01\x02\xf7", b"\xf7\x05") == [0xF07F01, 0xF70201]
+    assert parse(exclusive(0x7F, *[5] * LONGEST))[-1] == 0xF70501  # one byte more than fits: the player refuses it
+    assert parse(exclusive(0x7F, *[5] * (LONGEST + 1)) + b"\xc0\x01")[-2:] == [0xF50100, 0xC00100]
     assert parse(b"\x90\x40\x80\x40\x00") == [0x804000]  # half a message is given up
     assert parse(b"\x90\xf2\x01\x02\x40\x7f") == []  # song position ends running status
     assert parse(b"\xc0\x05\x06") == [0xC00500, 0xC00600]
@@ -148,7 +169,8 @@ def test_a_million_random_bytes_change_only_the_state():
     stream = np.random.default_rng(1).integers(0, 256, 1_000_000).astype(np.uint8).tobytes()
     words = parse(stream)
     assert words == oracle(stream) and len(words) > 100_000
-    assert all(0x800000 <= word < 0xF00000 or word in (0xFE0000, 0xFF0000) for word in words)
+    statuses = [*range(0x80, 0xF0), 0xF0, 0xF4, 0xF5, 0xF7, 0xFE, 0xFF]
+    assert {word >> 16 for word in words} <= set(statuses)
     assert all(word & 0x8080 == 0 for word in words)
 
 

@@ -191,6 +191,7 @@ def test_silence_after_active_sensing_ends_the_notes():
     engine = live()
     engine.send(at.AT_ONCE, 0xFE, lane=at.LANE_JACK)
     engine.send(at.AT_ONCE, 0x90, 64, 100, lane=at.LANE_JACK)
+    engine.send(at.AT_ONCE, 0xB0, 66, 127, lane=at.LANE_JACK)  # the sostenuto pedal goes up as well
     for _ in range(10):
         engine.process_card(4800)
         engine.send(at.AT_ONCE, 0xFE, lane=at.LANE_JACK)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from engine import sysex
 from engine.bench import largest_growth, run
 from engine.random_guitar import random_instance
 from engine.swap_bench import FADE, RATE, counters, crossfade, energy_above, instance, note_log, play, swap
@@ -77,6 +78,44 @@ def test_the_same_guitar_goes_on_to_the_bit(moment):
     assert np.array_equal(np.concatenate([before, after]), expected)
     assert np.array_equal(play(old, moment, 30000 - moment, BUSY), expected[moment:])
     assert counters(new) == counters(whole) and note_log(new) == note_log(whole)
+
+
+def _tuned():
+    """Messages that leave tunings, volume and pedals behind, and a SysEx whose pieces come at two frames."""
+    early = sysex.messages(sysex.note_tuning({40: 40.4, 57: 59.2})) + sysex.messages(sysex.master_fine(9000))
+    early += [(CONTROL, 66, 127), (CONTROL, 67, 127), (CONTROL, 101, 0), (CONTROL, 100, 1), (CONTROL, 6, 70)]
+    torn = sysex.messages(sysex.scale_tuning(range(-6, 6)))
+    late = [(5000, *piece) for piece in torn[:4]] + [(5400, *piece) for piece in torn[4:]]
+    fades = [(5000, CONTROL, 7, 30), (7000, CONTROL, 11, 90), (9000, CONTROL, 66, 0)]
+    return [*CHORD, *((500, *message) for message in early), (600, OFF, 57, 0), *late, *fades, (8000, ON, 57, 90)]
+
+
+@pytest.mark.parametrize("moment", [5100, 5400, 7203, 9100])
+def test_tunings_volume_and_pedals_go_on_to_the_bit(moment):
+    """In the middle of a SysEx, of a move of the volume and while the sostenuto pedal holds."""
+    whole, old, new = (instance(PRESETS["classical"]) for _ in range(3))
+    expected = play(whole, 0, 12_000, _tuned())
+    before = play(old, 0, moment, _tuned())
+    swap(old, new, moment)
+    after = play(new, moment, 12_000 - moment, _tuned())
+    assert np.array_equal(np.concatenate([before, after]), expected)
+    assert counters(new) == counters(whole) and note_log(new) == note_log(whole)
+
+
+def test_tunings_and_volume_on_another_guitar():
+    """At another sample rate, with strings that the old one lacked: volume arrives, every idle string is in tune."""
+    old = instance(_few("classical", 4))
+    new = instance(PRESETS["classical"], 44100.0)
+    play(old, 0, 5100, _tuned())
+    swap(old, new, 5100)
+    play(new, 5100, 9000, _tuned())
+    assert new.d[player.D_LEVEL] == new.d[player.D_LEVEL_GOAL] == pytest.approx((30 / 100 * 90 / 127) ** 2)
+    fine = (9000 - 8192) / 8192 * 100.0
+    idle = [s for s in range(6) if new.i[player.S_STATE + s] == player.IDLE]
+    assert {4, 5} & set(idle)
+    np.testing.assert_allclose([new.d[player.D_TENSION + s] for s in idle], 2 ** (fine / 600), rtol=1e-12)
+    pitches = new.i[[player.I_NOTE_PITCH + key for key in (40, 57)]] / player.TUNING_UNIT
+    np.testing.assert_allclose(pitches, [4040.0, 5920.0], atol=100 / 16384)
 
 
 def test_a_slide_goes_on_to_the_bit_and_elsewhere_sets_out_anew():

@@ -48,7 +48,7 @@ def forced_note(engine, string, fret, force, seconds):
     """Reset the engine and play one note; the audio begins with the string's release: ndarray (k, channels)."""
     engine.reset()
     player_tick(engine._d, engine._i, 0)
-    start_note(engine._d, engine._i, string, 0, fret, float(force), 0, 0, 0)
+    start_note(engine._d, engine._i, string, 0, fret, float(force), 0, 0)
     return after_release(engine, seconds)
 
 

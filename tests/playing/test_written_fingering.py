@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from engine import sysex
 from player_bench import RATE, Bench
 
 from ukrt.drivers.files.midi import load_midi_file
@@ -155,6 +156,21 @@ def test_a_score_that_names_its_strings_is_left_alone():
     assert write_fingering(on_two, GUITAR)[1].choice == "look-ahead"
 
 
+def test_a_score_that_moves_keys_is_left_to_the_player():
+    notes = list(notes_of((60, 1, 2), (64, 1.5, 2)))
+    still = [sysex.general_midi(1), sysex.master_fine(8000), sysex.scale_tuning([5] * 12), sysex.master_volume(1028)]
+    moving = [sysex.master_coarse(70), sysex.note_tuning({60: 62.0}), sysex.note_tuning({60: 62.0}, bank=0)]
+    for message in still + moving:
+        rows = [(0.5, *piece) for piece in sysex.messages(message)]
+        rows.insert(1, (0.5, 0xB0, 1, 0))  # of another track, between the pieces
+        score = score_of([*rows, *notes])
+        written, summary = write_fingering(score, GUITAR)
+        assert (summary.choice == "causal") == (message in moving) == (written is score)
+    for value, choice in ((64, "look-ahead"), (65, "causal")):
+        rows = [(0.1, 0xB0, 101, 0), (0.1, 0xB0, 100, 2), (0.1, 0xB1, 100, 0), (0.2, 0xB0, 6, value)]
+        assert write_fingering(score_of([*rows, *notes]), GUITAR)[1].choice == choice
+
+
 def test_channels_are_names_and_nothing_more():
     score = random_score(11)
     swapped = replace(score, status=score.status ^ np.uint8(0x0D))  # 0 and 1 become 13 and 12
@@ -163,6 +179,15 @@ def test_channels_are_names_and_nothing_more():
         for one in (write_fingering(score, GUITAR)[0], write_fingering(swapped, GUITAR)[0])
     ]
     assert plucks[0] == plucks[1]
+
+
+def test_the_sostenuto_pedal_keeps_what_is_down():
+    rows = [*notes_of((60, 0, 2), (64, 1.5, 3), (67, 1, 2)), (1.2, 0xB0, 66, 127), (4, 0xB0, 66, 0), (5, 0xB0, 64, 0)]
+    assert {note.key: note.end_s for note in written_notes(score_of(rows))} == {60: 4, 64: 3, 67: 4}
+    rows += [(1.9, 0xB0, 64, 127)]
+    assert {note.key: note.end_s for note in written_notes(score_of(rows))} == {60: 5, 64: 5, 67: 5}
+    rows = [*notes_of((60, 0, 2), (64, 1.5, 3)), (1.2, 0xB0, 66, 127), (2.5, 0xB0, 121, 0)]
+    assert {note.key: note.end_s for note in written_notes(score_of(rows))} == {60: 2.5, 64: 3}
 
 
 def test_keys_and_pedals_mean_what_they_mean_to_the_player():

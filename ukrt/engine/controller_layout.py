@@ -5,9 +5,11 @@
 
 BANK_MSB, BANK_LSB = 0, 32
 WHEEL, GLIDE_TIME, DATA_MSB, DATA_LSB = 1, 5, 6, 38
+VOLUME, EXPRESSION = 7, 11
 ANGLE, HARMONIC, FLESH, MUTE = 16, 17, 18, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
 PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
+SOSTENUTO, SOFT = 66, 67
 INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
 SOUND_OFF, RESET, NOTES_OFF, MONO, POLY = 120, 121, 123, 126, 127
 ZONE_RPN = 6  # MPE Configuration Message
@@ -32,7 +34,25 @@ CONTROLLERS = (
         "a lower or upper zone of MPE with 1 to 15 members, 0: off; on other channels, with more members or in mode "
         "`guitar` it is counted (`rpn_ignored`)",
     ),
-    ("other RPNs, NRPNs", "nothing; their data entries are counted (`rpn_ignored`)"),
+    (
+        "RPN 1, fine tuning",
+        "14 bits, 100 cents either way, by tension; strings that sound follow",
+    ),
+    (
+        "RPN 2, coarse tuning",
+        "semitones (64: none) by which the keys of notes to come are moved, so that other frets are used",
+    ),
+    (
+        "RPN 5, modulation depth range",
+        "semitones and 1/128 semitones of vibrato at full wheel or pressure, at most 12 semitones; "
+        "`articulation.vibrato_depth` before that",
+    ),
+    ("other RPNs, NRPNs", "nothing; their data entries are counted (`rpn_ignored`, `nrpn_ignored`)"),
+    (
+        f"CC {VOLUME} volume, CC {EXPRESSION} expression",
+        "volume of the whole guitar, the last value of any channel counts: 40 log10(value / 100) dB and "
+        "40 log10(value / 127) dB",
+    ),
     (
         f"CC {WHEEL}, channel pressure, key pressure",
         "vibrato of the channel's strings, or of the key's; the largest of the three counts, 127 is "
@@ -79,29 +99,46 @@ CONTROLLERS = (
     ),
     (f"CC {PEDAL} ({DOWN} and above is down)", "notes ring on after their keys come up"),
     (
+        f"CC {SOSTENUTO} sostenuto ({DOWN} and above is down)",
+        "so do those, and only those, whose keys were down when it went down",
+    ),
+    (
+        f"CC {SOFT} soft ({DOWN} and above is down)",
+        f"plucks to come are 3 dB softer, and let go as if CC {FLESH} were 48 more",
+    ),
+    (
         f"CC {SOUND_OFF} all sound off",
         "the channel's strings, and strings that sound without a note of their own, are damped at once; fate "
         "`silenced`",
     ),
     (
         f"CC {RESET} reset controllers",
-        "pedal up, bend to the middle, no RPN chosen, string and position free, no vibrato, slurs, slides, harmonics, "
-        "muting; "
-        f"the bend range, CC {GLIDE_TIME}, {ANGLE}, {FLESH} and {PLACE} stay",
+        "pedals up, bend to the middle, full expression, no RPN chosen, string and position free, no vibrato, slurs, "
+        "slides, harmonics, muting; "
+        f"what RPNs have set, CC {GLIDE_TIME}, {VOLUME}, {ANGLE}, {FLESH} and {PLACE} stay",
     ),
     (
         f"program change, CC {BANK_MSB} and {BANK_LSB} bank",
         "another guitar: bank 0 those of `--preset`, bank 1 those of `ukrt presets --banks`; what there is not changes "
         "nothing",
     ),
-    (f"CC {NOTES_OFF} all notes off, 124, 125", "every key of the channel comes up; the pedal still holds"),
+    (f"CC {NOTES_OFF} all notes off, 124, 125", "every key of the channel comes up; the pedals still hold"),
     (
         f"CC {MONO} mono, {POLY} poly",
         "the same; and as many channels from this one on as the value says (0: as there are strings) have one voice "
         "each, or have many again. In a zone: its members",
     ),
     ("any of these on the master of a zone", f"for all its members, but for RPNs; bends and CC {PLACE} add up"),
-    ("system reset (FF)", "all channels: as CC 120, then as at power-up"),
+    ("system reset (FF), SysEx GM on, off, GM2 on", "all channels: as CC 120, then as at power-up, tunings too"),
+    ("SysEx master volume", "40 log10(value / 16383) dB on top of the others"),
+    (
+        "SysEx master fine tuning, master coarse tuning",
+        "as RPN 1 and 2, for all channels, and for idle strings",
+    ),
+    (
+        "SysEx of the MIDI Tuning Standard",
+        "see Tunings by MIDI; other SysEx, and what is not there, is counted (`sysex_ignored`, `sysex_refused`)",
+    ),
 )
 
 

@@ -5,6 +5,7 @@ rest is the player's own state, cleared by ``player_reset``.
 """
 
 from .layout import MAX_STRINGS, PLAYER_D, PLAYER_D_SIZE, PLAYER_I, PLAYER_I_SIZE
+from .stage_layout import SYSEX_BYTES
 
 # Capacities --------------------------------------------------------------------------------------------------------
 ROW = 16  # strings or group notes in a row of state, >= MAX_STRINGS
@@ -23,6 +24,13 @@ UNTIL_DAMPED = 1 << 60  # frame at which a touch leaves that stays for the whole
 FINGERS = 4  # of the left hand that stop strings
 MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
 MAX_BEND_CENTS = 1200  # tension ratio 1/4 .. 4: an octave either way
+TUNING_UNIT = 16384  # in a cent: every step of every MIDI tuning message is a whole number of units
+MIDDLE_FINE, MIDDLE_COARSE = 8192, 64  # values of tunings that change nothing
+FINE_UNITS = 200  # TUNING_UNITs for each step of 14 bits over +-100 cents
+MAX_DEPTH = 12 * 128  # widest vibrato of RPN 5, in 1/128 semitone (choice: as bends, an octave)
+SOFT_FORCE = 0.7  # of the pluck's force with the soft pedal down: -3 dB (estimate)
+SOFT_FLESH = 48  # and so much more of CC 18 (estimate)
+FULL_VOLUME, FULL_EXPRESSION, FULL_MASTER = 100, 127, 16383  # values of 0 dB; 100 is what General MIDI begins with
 MAX_RANGE_CENTS = 9600  # the widest that MPE knows (M1-100-UM, 2.4)
 MEMBER_RANGE_CENTS, MASTER_RANGE_CENTS = 4800, 200  # bend ranges in a zone before any RPN 0 (M1-100-UM, 2.4)
 MOST_MEMBERS = 15  # channels of a zone beside its master
@@ -70,8 +78,10 @@ I_FLESH = PLAYER_I + 19  # frames in which the softest fingertip lets go
 I_REPEAT = PLAYER_I + 20  # keys after which the scale repeats, 12 where there is no other
 I_MODE = PLAYER_I + 21
 I_BASE = PLAYER_I + 22  # channel of the highest string in guitar mode, 0 .. 15
+I_LEVEL_RAMP = PLAYER_I + 23  # frames in which the volume comes to a new value
 I_OPEN = PLAYER_I + 24  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
+I_KEY_PITCH = I_FOLD + 128  # of each key, in TUNING_UNITs above MIDI note 0
 
 # Parameters (d) ----------------------------------------------------------------------------------------------------
 D_PLUCK_PLACE = PLAYER_D + 0
@@ -94,7 +104,10 @@ D_TENSION = D_STATE  # last tension ratio asked of each string
 D_BEND = D_TENSION + ROW  # cents that each channel's pitch bend asks for
 D_PHASE = D_BEND + CHANNELS  # of each string's vibrato
 D_DEPTH = D_PHASE + ROW  # cents that it has now
-D_LOG_FORCE = D_DEPTH + ROW
+D_LEVEL = D_DEPTH + ROW  # gain of the sound now
+D_LEVEL_GOAL = D_LEVEL + 1
+D_LEVEL_STEP = D_LEVEL + 2
+D_LOG_FORCE = D_LEVEL + 8
 D_END = D_LOG_FORCE + LOG_CAPACITY
 
 # Counters (i) ------------------------------------------------------------------------------------------------------
@@ -107,6 +120,9 @@ COUNTER_NAMES = (
     "tension_gestures",
     "controllers_ignored",
     "rpn_ignored",
+    "nrpn_ignored",
+    "sysex_ignored",
+    "sysex_refused",
     "messages_ignored",
     "programs",
     "notes_off_unmatched",
@@ -125,38 +141,12 @@ COUNTER_NAMES = (
     "notes_beyond_strings",
     "zones_set",
 )
-(
-    NOTES_ON,
-    NOTES_PERCUSSION,
-    NOTES_FOLDED,
-    BENDS,
-    BENDS_LIMITED,
-    TENSION_GESTURES,
-    CONTROLLERS_IGNORED,
-    RPN_IGNORED,
-    MESSAGES_IGNORED,
-    PROGRAMS,
-    NOTES_OFF_UNMATCHED,
-    NOTE_LOG_OVERFLOWS,
-    GESTURES_REFUSED,
-    SEARCHES_CUT_SHORT,
-    NOTES_PLAYED,
-    NOTES_DROPPED,
-    NOTES_STOLEN,
-    NOTES_REPEATED,
-    HAND_SHIFTS,
-    HAND_SHIFT_FRETS,
-    STRETCHES,
-    FORCES_REFUSED,
-    NOTES_SLURRED,
-    NOTES_BEYOND_STRINGS,
-    ZONES_SET,
-) = range(len(COUNTER_NAMES))
+globals().update({name.upper(): number for number, name in enumerate(COUNTER_NAMES)})  # NOTES_ON and so on
 
 # State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
-I_STATE = I_FOLD + 128  # first number that player_reset clears
+I_STATE = I_KEY_PITCH + 128  # first number that player_reset clears
 I_COUNTERS = I_STATE
-I_TAKEN_BACK = I_COUNTERS + NOTES_PLAYED  # from here on a chord's re-assignment takes back
+I_TAKEN_BACK = I_COUNTERS + COUNTER_NAMES.index("notes_played")  # from here on a chord's re-assignment takes back
 I_HAND = I_COUNTERS + len(COUNTER_NAMES)  # fret under the index finger
 I_PLUCKS = I_HAND + 1  # plucks so far: the clock of "longest ago"
 I_STRING = I_HAND + 8
@@ -179,11 +169,14 @@ S_TOUCHED = I_STRING + 15 * ROW  # frame at which what touches it leaves, -1: no
 S_RELEASE = I_STRING + 16 * ROW  # frames in which its plucks were last asked to let go
 S_LET = I_STRING + 17 * ROW  # 1 + its channel's bend range where a member's note is held by the pedal alone, else 0
 S_LET_BEND = I_STRING + 18 * ROW  # and that channel's bend when its key came up
-I_SAVED_SIZE = S_LET_BEND + ROW - I_TAKEN_BACK
+S_MOVED = I_STRING + 19 * ROW  # keys that the tuning has moved its note's key by
+S_TUNED = I_STRING + 20 * ROW  # what its note's tuning asks beyond that, in TUNING_UNITs
+S_CAUGHT = I_STRING + 21 * ROW  # 1: its key was down when the sostenuto pedal went down
+I_SAVED_SIZE = S_CAUGHT + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_LET_BEND + ROW
+I_SAVED = S_CAUGHT + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -207,17 +200,34 @@ C_ANGLE = I_CHANNEL + 12 * CHANNELS
 C_HARMONIC = I_CHANNEL + 13 * CHANNELS  # notes to come are harmonics
 C_MUTE = I_CHANNEL + 14 * CHANNELS  # 0: not muted
 C_FLESH = I_CHANNEL + 15 * CHANNELS  # how softly plucks let go
-C_MONO = I_CHANNEL + 16 * CHANNELS  # 1 + channel of the CC 126 that gave it one voice, -1: many, 0: as the mode has it
-I_OWED = I_CHANNEL + 17 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_FINE = I_CHANNEL + 16 * CHANNELS  # RPN 1, 0 .. 16383
+C_COARSE = I_CHANNEL + 17 * CHANNELS  # RPN 2, 0 .. 127
+C_DEPTH = I_CHANNEL + 18 * CHANNELS  # RPN 5: vibrato's depth in 1/128 semitone, -1: as the preset has it
+C_SOSTENUTO = I_CHANNEL + 19 * CHANNELS
+C_SOFT = I_CHANNEL + 20 * CHANNELS
+C_MONO = I_CHANNEL + 21 * CHANNELS  # 1 + channel of the CC 126 that gave it one voice, -1: many, 0: as the mode has it
+I_OWED = I_CHANNEL + 22 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
+RPN_FINE, RPN_COARSE, RPN_DEPTH = 1, 2, 5
 
 # The chord of the present frame (i) -----------------------------------------------------------------------------------
-I_GROUP = I_OWED + CHANNELS * 128
+I_WHOLE = I_OWED + CHANNELS * 128
+I_VOLUME = I_WHOLE + 0
+I_EXPRESSION = I_WHOLE + 1
+I_MASTER_VOLUME = I_WHOLE + 2
+I_LEVEL_LEFT = I_WHOLE + 3  # frames until the volume is what it is to be
+I_MASTER_FINE = I_WHOLE + 4  # 0 .. 16383
+I_MASTER_COARSE = I_WHOLE + 5  # 0 .. 127
+I_SYSEX_LENGTH = I_WHOLE + 6  # bytes of the SysEx that has begun, 0: none
+I_SCALE = I_WHOLE + 8  # TUNING_UNITs, by channel and key modulo 12
+I_NOTE_PITCH = I_SCALE + CHANNELS * 12  # TUNING_UNITs above MIDI note 0 that a key has been given, -1: none
+I_SYSEX = I_NOTE_PITCH + 128
+I_GROUP = I_SYSEX + SYSEX_BYTES
 G_FRAME = I_GROUP + 0
 G_COUNT = I_GROUP + 1
 G_VICTIMS = I_GROUP + 2
-GROUP_FIELDS = 12
+GROUP_FIELDS = 14
 I_GROUP_ROWS = I_GROUP + 8
 G_KEY = I_GROUP_ROWS + 0 * ROW
 G_CHANNEL = I_GROUP_ROWS + 1 * ROW
@@ -231,8 +241,10 @@ G_POSITION = I_GROUP_ROWS + 8 * ROW  # fret under the index finger, 0: any
 G_WAY = I_GROUP_ROWS + 9 * ROW  # how it is played, see WAY_NAMES
 G_WANTED = I_GROUP_ROWS + 10 * ROW  # pitch the string is to be stopped at, before any folding
 G_PARTIAL = I_GROUP_ROWS + 11 * ROW  # which of its partials is to sound, 0: all
-V_SEQ = I_GROUP_ROWS + 12 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
-V_OWED = I_GROUP_ROWS + 14 * ROW  # index into I_OWED that went up by one for it, -1
+G_MOVED = I_GROUP_ROWS + 12 * ROW  # keys that its tuning has moved it by
+G_CAUGHT = I_GROUP_ROWS + 13 * ROW  # the sostenuto pedal has gone down since
+V_SEQ = I_GROUP_ROWS + 14 * ROW  # notes of the log that this chord ended (two rows: strings and dropped notes)
+V_OWED = I_GROUP_ROWS + 16 * ROW  # index into I_OWED that went up by one for it, -1
 I_SEARCH = V_OWED + 2 * ROW
 
 # Scratch of the search (i) -------------------------------------------------------------------------------------------

@@ -8,12 +8,13 @@ import numpy as np
 
 from ukrt.engine import layout
 from ukrt.engine import player_layout as at
-from ukrt.model.fingerboard import fingerboard, key_cents, repeat_keys
+from ukrt.model.fingerboard import fingerboard, key_cents, key_pitches, repeat_keys
 from ukrt.model.parameters import MIDI_MODES
 from ukrt.playing.rules import (
     BEND_RAMP_TIME,
     BEND_SLOT_TIME,
     GAP_TIME,
+    LEVEL_TIME,
     LIFT_TIME,
     QUICK_TIME,
     SETTLE_TIME,
@@ -57,6 +58,7 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_MODE] = MIDI_MODES.index(guitar.playing.midi_mode)
     i[at.I_BASE] = guitar.playing.base_channel - 1
     i[at.I_BEND_RAMP] = _frames(BEND_RAMP_TIME, sample_rate)
+    i[at.I_LEVEL_RAMP] = max(_frames(LEVEL_TIME, sample_rate), lead)
     i[at.I_BEND_SLOT] = max(_frames(BEND_SLOT_TIME, sample_rate), -(-lead // 4))
     _make_articulation(guitar.articulation, sample_rate, d, i)
     keys, repeat = board.open_keys, repeat_keys(guitar.tuning)
@@ -64,6 +66,7 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_OPEN : at.I_OPEN + at.ROW] = 0
     i[at.I_OPEN : at.I_OPEN + len(keys)] = keys
     i[at.I_FOLD : at.I_FOLD + 128] = fold_table(keys, board.frets, repeat, key_cents(guitar.tuning)[1])
+    i[at.I_KEY_PITCH : at.I_KEY_PITCH + 128] = np.rint(key_pitches(guitar.tuning) * at.TUNING_UNIT)
     d[at.D_PLUCK_PLACE] = board.guitar.pluck.place
     d[at.D_PLUCK_ANGLE] = guitar.pluck.angle
     d[at.D_FORCE : at.D_FORCE + 128] = force_curve(guitar.pluck)

@@ -198,7 +198,7 @@ class Stage:
             "peak": float(self.sd[at.M_PEAK]),
             "limiter_db": self._limiter_db(),
         }
-        bins = si[at.LOAD : at.LOAD + at.LOAD_BINS]
+        bins = si[at.LOAD : at.LOAD + at.LOAD_BINS].copy()  # the callback goes on counting
         middles = 2.0 ** ((np.arange(at.LOAD_BINS) + 0.5 - at.LOAD_FULL) / at.LOAD_PER_OCTAVE)
         loads = [(float(middles[k]), int(bins[k])) for k in np.flatnonzero(bins)]
         return counts | read_counters(instance) | {"load_histogram": loads}

@@ -15,6 +15,12 @@ QUEUE = 16384  # messages in a lane
 KIND_MIDI, KIND_SHED, KIND_RESET, KIND_SWAP = range(4)  # word = kind << 32 | status << 16 | data1 << 8 | data2
 KIND_SHIFT = 32
 VALUE_MASK = (1 << KIND_SHIFT) - 1
+# SysEx travels in pieces, each a message: 7E or 7F and the device, two more data bytes, and the end with one more data
+# byte or none (0 or 1 in data2). One that is passed over leaves a single piece; of those too long to mean anything, or
+# too short, data1 is 1.
+UNIVERSAL = 0x7E  # and 0x7F: no maker's own
+SYSEX_BEGIN, SYSEX_MORE, SYSEX_SKIPPED, SYSEX_END = 0xF0, 0xF4, 0xF5, 0xF7
+SYSEX_BYTES = 516  # data bytes of the longest that means something here (127 notes' tuning: 515), made even
 AT_ONCE = -1  # as a frame: whenever the next block begins
 # What a lane refuses as it fills up: first whatever can be missed, then notes, never (until full) the end of notes.
 CLASS_OTHER, CLASS_NOTE_ON, CLASS_OFF = range(3)

@@ -19,6 +19,7 @@ from ..errors import ParameterError
 from ..units import A4_HZ, cents_to_ratio, midi_to_hz, ratio_to_cents
 
 KEYS = 128  # MIDI
+A4_CENTS = 6900.0  # above MIDI note 0
 MOST_FRETS = 24
 REACH = 2400.0  # cents above the open string where a fingerboard ends: half way to the bridge and half of the rest
 LEAST_STEP = 10.0  # cents between keys: frets nearer than 1 mm at the end of a guitar's neck cannot be fingered apart
@@ -122,6 +123,13 @@ def key_cents(tuning):
     plays = known[KEYS : 2 * KEYS].copy()
     plays[: board.first_key], plays[board.last_key + 1 :] = False, False
     return cents[KEYS:-KEYS], plays
+
+
+def key_pitches(tuning):
+    """How high each key is above MIDI note 0 of the guitar's own A4, ndarray (KEYS,) [cents]: 100 a key in 12 equal
+    steps."""
+    reference = float(ratio_to_cents(tuning.keyboard.reference_hz / A4_HZ))
+    return key_cents(tuning)[0][:KEYS] + A4_CENTS + reference
 
 
 def repeat_keys(tuning):

@@ -11,6 +11,7 @@ LIFT_TIME = 0.003  # s in which a finger lets go of a string (estimate)
 QUICK_TIME = 0.002  # s for a damper that must go, or come, at once (estimate)
 BEND_RAMP_TIME = 0.005  # s over which the tension follows one bend message
 BEND_SLOT_TIME = 0.0025  # s: messages nearer than this are one bend
+LEVEL_TIME = 0.01  # s, at least, in which the volume comes to a new value: steps 10 ms apart are one slope (choice)
 VIBRATO_SLOT_TIME = 0.01  # s, about, between two points of a vibrato's curve: 20 in a period of 5 Hz
 SHORTEST_GLIDE, LONGEST_GLIDE = 0.03, 2.0  # s, of CC 5 (choices)
 LIGHTEST_MUTE = 0.05  # of the preset's, at value 1 of CC 19 (choice)

@@ -5,7 +5,8 @@ that whoever plays along on the same channel is not bound. So the compiled playe
 what it got can be recorded and repeated like anything else.
 
 A file that says itself where its notes lie is left alone: one that has these controllers, or a channel for each string,
-as MIDI guitars send. So is one for channels that are strings, or notes of MPE with pedals and bends of their zone.
+as MIDI guitars send. So is one for channels that are strings, or notes of MPE with pedals and bends of their zone; and
+one that moves keys by messages.
 """
 
 from dataclasses import dataclass, replace
@@ -20,7 +21,9 @@ from ukrt.playing.written_notes import CONTROL, NOTE_OFF, PERCUSSION, written_no
 
 CHOICES = ("look-ahead", "causal")
 STRING, POSITION = 20, 21
-DATA_MSB, RPN_LSB, RPN_MSB, ZONE_RPN = 6, 100, 101, 6
+DATA_MSB, INCREMENT, DECREMENT, RPN_LSB, RPN_MSB, COARSE_TUNING, ZONE_RPN = 6, 96, 97, 100, 101, 2, 6
+SYSEX_BEGIN, SYSEX_MORE = 0xF0, 0xF4
+MOVING_SYSEX = ((4, 4), (8, 2), (8, 7))  # sub-ids: master coarse tuning, tunings of single notes
 MOST_NOTES = 30_000  # more are not searched: dense chords under the pedal take some milliseconds a note
 
 
@@ -91,7 +94,25 @@ def _says_itself(score, notes, neck, mode):
         return f"the file has more than {MOST_NOTES} notes"
     if _has_channel_per_string(notes, neck):
         return "the file has a channel for each string"
+    if _moves_keys(score):
+        return "the file moves keys to other pitches (RPN 2, or SysEx: coarse tuning, tunings of notes)"
     return ""
+
+
+def _moves_keys(score):
+    """Whether messages may change which fret a key is played at, which the search does not follow."""
+    chosen, begun = {}, False  # channel -> [msb, lsb] of the RPN
+    columns = (score.status, score.data1, score.data2)
+    for status, data1, data2 in zip(*(column.tolist() for column in columns), strict=True):
+        if begun and status == SYSEX_MORE and (data1, data2) in MOVING_SYSEX:
+            return True
+        begun = status == SYSEX_BEGIN or (begun and status < SYSEX_BEGIN)  # messages of tracks beside may come between
+        if status & 0xF0 == CONTROL and data1 in (RPN_LSB, RPN_MSB):
+            chosen.setdefault(status, [127, 127])[data1 == RPN_LSB] = data2
+        elif status & 0xF0 == CONTROL and chosen.get(status) == [0, COARSE_TUNING]:
+            if data1 in (INCREMENT, DECREMENT) or (data1 == DATA_MSB and data2 != 64):
+                return True
+    return False
 
 
 def _sets_zones(score):

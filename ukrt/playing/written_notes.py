@@ -1,7 +1,7 @@
 """The notes of a score: channel messages enter, notes with the times of key and pedal leave.
 
 Keys and pedals mean what they mean to the compiled player: a key that is struck again plucks its string again, each
-note-off ends the oldest note of its key, the pedal lets ring what the key has let go.
+note-off ends the oldest note of its key, the pedals let ring what the key has let go.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy as np
 
 PERCUSSION = 9
 NOTE_OFF, NOTE_ON, CONTROL = 0x80, 0x90, 0xB0
-PEDAL, SOUND_OFF, RESET, NOTES_OFF = 64, 120, 121, 123
+PEDAL, SOSTENUTO, SOUND_OFF, RESET, NOTES_OFF = 64, 66, 120, 121, 123
 
 
 @dataclass
@@ -39,6 +39,7 @@ class _Keys:
 
     def __init__(self):
         self.notes, self._down, self._ringing, self._pedal = [], {}, {}, {}
+        self._caught = {}  # channel -> notes that the sostenuto pedal holds, where it is down
 
     def on(self, message, time_s, channel, key):
         for former in self._down.get((channel, key), []) + self._ringing.get(channel, []):
@@ -55,15 +56,31 @@ class _Keys:
 
     def _up(self, note, message, time_s):
         note.off, note.key_up_s = message, min(note.key_up_s, time_s)
-        if self._pedal.get(note.channel):
+        if self._is_held(note):
             self._ringing.setdefault(note.channel, []).append(note)
         else:
             note.end_s = min(note.end_s, time_s)
 
+    def _is_held(self, note):
+        return self._pedal.get(note.channel) or note in self._caught.get(note.channel, ())
+
     def pedal(self, time_s, channel, down):
         self._pedal[channel] = down
+        self._let_go(time_s, channel)
+
+    def sostenuto(self, time_s, channel, down):
         if not down:
-            for note in self._ringing.pop(channel, []):
+            self._caught.pop(channel, None)
+        elif channel not in self._caught:
+            self._caught[channel] = [n for (one, _), waiting in self._down.items() if one == channel for n in waiting]
+        self._let_go(time_s, channel)
+
+    def _let_go(self, time_s, channel):
+        """End what rings and no pedal holds any more."""
+        for note in self._ringing.pop(channel, []):
+            if self._is_held(note):
+                self._ringing.setdefault(channel, []).append(note)
+            else:
                 note.end_s = min(note.end_s, time_s)
 
     def all_off(self, time_s, channel, ringing_too):
@@ -92,8 +109,11 @@ def written_notes(score):
             keys.on(message, time_s, channel, data1)
         elif kind in (NOTE_ON, NOTE_OFF):
             keys.off(message, time_s, channel, data1)
-        elif kind == CONTROL and data1 in (PEDAL, RESET):
-            keys.pedal(time_s, channel, data1 == PEDAL and data2 >= 64)
+        elif kind == CONTROL and data1 in (PEDAL, SOSTENUTO, RESET):
+            if data1 != SOSTENUTO:
+                keys.pedal(time_s, channel, data1 == PEDAL and data2 >= 64)
+            if data1 != PEDAL:
+                keys.sostenuto(time_s, channel, data1 == SOSTENUTO and data2 >= 64)
         elif kind == CONTROL and (data1 == SOUND_OFF or data1 >= NOTES_OFF):
             keys.all_off(time_s, channel, data1 == SOUND_OFF)
     for note in keys.notes:

@@ -47,7 +47,8 @@ class Score:
     time_s : ndarray (n,) float64 [s]
         Not decreasing; 0 is the start of the file.
     status, data1, data2 : ndarray (n,) uint8
-        The message bytes, status 0x80 to 0xEF; ``data2`` is 0 where the message has only one data byte.
+        The message bytes, status 0x80 to 0xEF; ``data2`` is 0 where the message has only one data byte. Universal SysEx
+        stands among them in pieces of status 0xF0 to 0xF7, see `ukrt.engine.stage_layout`.
     duration_s : float [s]
         Time of the last event of any kind, ends of tracks included.
     n_notes : int

@@ -1,4 +1,5 @@
-"""One track of a MIDI file: bytes enter, a `Track` of channel messages at absolute ticks leaves.
+"""One track of a MIDI file: bytes enter, a `Track` of channel messages at absolute ticks leaves, universal SysEx in
+pieces among them.
 
 Rules of Standard MIDI Files 1.0 (MMA RP-001) that a file breaks are handled as the docstring of
 `ukrt.drivers.files.midi` says; what was odd is collected in words.
@@ -8,7 +9,8 @@ import unicodedata
 from array import array
 from dataclasses import dataclass, field
 
-from ukrt.drivers.files.midi_events import END_OF_TRACK, META, BrokenTrackError, track_events
+from ukrt.drivers.files.midi_events import END_OF_TRACK, EXCLUSIVE, META, BrokenTrackError, track_events
+from ukrt.drivers.midi.stream import MidiStream
 
 MAX_EVENTS = 2_000_000  # in one file: three orders of magnitude beyond a long guitar piece; bounds time and memory
 MAX_TEXT = 200  # characters kept of a name
@@ -42,6 +44,7 @@ class Track:
     odd: list = field(default_factory=list)
     broken: bool = False
     system_messages: int = 0
+    stream: MidiStream = field(default_factory=MidiStream)  # of exclusive messages, which may come in packets
 
 
 def scan_track(data, start, end, max_events=MAX_EVENTS):
@@ -79,18 +82,32 @@ def _scan_events(track, data, at, end, max_events):
             raise UnreadableError(f"has more than {MAX_EVENTS} events, the most that is legal here")
         track.end_tick = tick
         if status < 0xF0:
-            track.ticks.append(tick)
-            track.status.append(status)
-            track.data1.append(data1)
-            track.data2.append(data2)
+            _append(track, tick, status, data1, data2)
         elif raw is None:
             track.system_messages += 1
         elif status == META:
             if data1 == END_OF_TRACK:
                 return stop
             _meta(track, data1, raw, tick)
+        else:
+            _exclusive(track, status, raw, tick)
     track.odd.append("has no end of track")
     return end
+
+
+def _append(track, tick, status, data1, data2):
+    track.ticks.append(tick)
+    track.status.append(status)
+    track.data1.append(data1)
+    track.data2.append(data2)
+
+
+def _exclusive(track, status, raw, tick):
+    """A SysEx, its first packet, or (F7) one that continues it; of bytes to be sent as they are nothing else is played.
+    """
+    for message in track.stream.feed(bytes([EXCLUSIVE]) + raw if status == EXCLUSIVE else raw):
+        if EXCLUSIVE <= message.status < 0xF8:
+            _append(track, tick, *message)
 
 
 def _meta(track, kind, raw, tick):

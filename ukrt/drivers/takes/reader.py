@@ -15,7 +15,7 @@ from array import array
 import numpy as np
 
 from ukrt.drivers.files.midi_events import END_OF_TRACK, META, BrokenTrackError, read_at_most, track_events
-from ukrt.drivers.takes.take import EVENT_NAMES, FORMAT, MARK, TEXT, Sound, file_head, word_of
+from ukrt.drivers.takes.take import EVENT_NAMES, FORMAT, MARK, TEXT, Sound, file_head, piece_of, word_of
 from ukrt.engine.stage_layout import KIND_SHIFT, KIND_SWAP, VALUE_MASK
 from ukrt.errors import MidiFileError, UkrtError
 from ukrt.model.presets import parse_preset
@@ -161,6 +161,8 @@ class _Reader:
                 raise BrokenTrackError(f"byte 0x{status:02X}, which no MIDI file may hold")
             elif (status, data1) == (META, TEXT) and raw.startswith(b"ukrt "):
                 self._text(frame, raw)
+            elif status != META and (piece := piece_of(status, raw)):
+                self._note(frame, word_of(*piece))
             self.end = frame
             if (status, data1) == (META, END_OF_TRACK):
                 return

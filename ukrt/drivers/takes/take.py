@@ -2,7 +2,8 @@
 
 A take is a MIDI file of format 0 with one track, whose ticks are the engine's frames: division and tempo are chosen
 so that every sequencer plays it at its right speed (exactly at all usual rates; at odd ones within half a microsecond
-a quarter note). Channel messages stand in it as themselves, at the frames at which they acted. What a MIDI file has no
+a quarter note). Channel messages stand in it as themselves, at the frames at which they acted, universal SysEx in the
+packets that MIDI files allow. What a MIDI file has no
 message for stands in text events:
 
     ukrt take 1 {json}                      first event: sample rate, signal, the engine's settings, versions
@@ -26,7 +27,17 @@ from fractions import Fraction
 
 from ukrt import __version__
 from ukrt.engine.layout import M_GAIN, METER
-from ukrt.engine.stage_layout import KIND_MIDI, KIND_RESET, KIND_SHED, KIND_SHIFT, KIND_SWAP, VALUE_MASK
+from ukrt.engine.stage_layout import (
+    KIND_MIDI,
+    KIND_RESET,
+    KIND_SHED,
+    KIND_SHIFT,
+    KIND_SWAP,
+    SYSEX_BEGIN,
+    SYSEX_END,
+    SYSEX_MORE,
+    VALUE_MASK,
+)
 from ukrt.errors import ImpulseResponseError
 from ukrt.model.preset_text import dump_preset
 
@@ -245,9 +256,34 @@ def file_head(division, track_bytes):
 
 def _message(status, data1, data2):
     """A message as itself where a MIDI file may hold it, as text otherwise."""
+    if (packet := packet_of(status, data1, data2)) is not None:
+        return packet[:1] + number(len(packet) - 1) + packet[1:]
     if 0x80 <= status < 0xF0 and data1 < 0x80 and data2 < 0x80:
         return bytes((status, data1)) if status & 0xF0 in ONE_DATA_BYTE else bytes((status, data1, data2))
     return text(f"ukrt message {status:02X} {data1:02X} {data2:02X}")
+
+
+def packet_of(status, data1, data2):
+    """A piece of a SysEx as the packet that a MIDI file splits a SysEx into (RP-001), its length left out; else None.
+    """
+    if max(data1, data2) >= 0x80:
+        return None
+    if status == SYSEX_BEGIN:
+        return bytes((SYSEX_BEGIN, data1, data2))
+    if status == SYSEX_MORE:
+        return bytes((SYSEX_END, data1, data2))
+    if status == SYSEX_END and data2 <= 1 and (data2 or not data1):
+        return bytes((SYSEX_END, data1, SYSEX_END)) if data2 else bytes((SYSEX_END, SYSEX_END))
+    return None
+
+
+def piece_of(status, raw):
+    """The piece (status, data1, data2) of such a packet, ``raw`` what follows its length; None if it is another one."""
+    if len(raw) == 2 and max(raw) < 0x80:
+        return SYSEX_BEGIN if status == SYSEX_BEGIN else SYSEX_MORE, raw[0], raw[1]
+    if status == SYSEX_END and raw[-1:] == b"\xf7" and len(raw) <= 2 and max(raw[:-1], default=0) < 0x80:
+        return SYSEX_END, max(raw[:-1], default=0), len(raw) - 1
+    return None
 
 
 def _preset(n, guitar):

@@ -17,7 +17,7 @@ from ukrt.engine.kernels.slots import slot_arrays
 from ukrt.engine.kernels.transfer import transfer_state
 
 FAR = 1 << 62
-_SENSING, _CONTROL, _PEDAL, _NOTES_OFF = 0xFE, 0xB0, 64, 123
+_SENSING, _CONTROL, _PEDAL, _SOSTENUTO, _NOTES_OFF = 0xFE, 0xB0, 64, 66, 123
 
 
 @kernel
@@ -121,6 +121,7 @@ def tend_sensing(d, i, si, sd, now):
             si[at.N_SENSING] += 1
             for channel in range(16):
                 _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _PEDAL << 8)
+                _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _SOSTENUTO << 8)
                 _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _NOTES_OFF << 8)
 
 

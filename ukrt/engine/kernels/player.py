@@ -7,7 +7,7 @@ The rules are written down for musicians in ``ukrt/playing/README.md``. Any thre
 
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
-from ukrt.engine.controller_layout import PEDAL, RESET
+from ukrt.engine.controller_layout import PEDAL, RESET, SOSTENUTO
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_bend import follow_bend
 from ukrt.engine.kernels.player_chord import (
@@ -17,17 +17,19 @@ from ukrt.engine.kernels.player_chord import (
     play_chord,
     recall_chord,
 )
-from ukrt.engine.kernels.player_controllers import clear_channel, sound_off
-from ukrt.engine.kernels.player_expression import set_key_pressure
+from ukrt.engine.kernels.player_controllers import clear_channel
+from ukrt.engine.kernels.player_expression import pluck_force, set_key_pressure
+from ukrt.engine.kernels.player_level import full_volume
 from ukrt.engine.kernels.player_log import count, log_end, log_note
-from ukrt.engine.kernels.player_modes import channel_control, clear_zones
+from ukrt.engine.kernels.player_modes import channel_control
 from ukrt.engine.kernels.player_mono import is_beyond, is_percussion
 from ukrt.engine.kernels.player_strings import ask, settle_string
+from ukrt.engine.kernels.player_system import system_message
 from ukrt.engine.kernels.player_touch import stopped_pitch
+from ukrt.engine.kernels.player_tuning import clear_tunings, keys_moved, transposed, within_keys
 
 NOTE_OFF, NOTE_ON, KEY_PRESSURE, CONTROL, PROGRAM, PRESSURE, BEND = 0x80, 0x90, 0xA0, 0xB0, 0xC0, 0xD0, 0xE0
 SYSTEM = 0xF0
-SYSTEM_RESET = 0xFF
 
 
 @kernel
@@ -48,6 +50,9 @@ def player_reset(d, i):
         d[at.D_TENSION + s] = 1.0
     for channel in range(at.CHANNELS):
         clear_channel(d, i, channel)
+    clear_tunings(i)
+    d[at.D_LEVEL] = d[at.D_LEVEL_GOAL] = 1.0
+    full_volume(d, i)
     i[at.I_HAND] = 1
     i[at.I_NOW] = -1
 
@@ -89,13 +94,15 @@ def _percussion(d, i, frame, kind, key, velocity):
 def _note_on(d, i, frame, channel, key, velocity):
     count(i, at.NOTES_ON)
     count(i, at.NOTES_BEYOND_STRINGS, 1 if is_beyond(i, channel) else 0)
-    seq = log_note(d, i, frame, channel, key, d[at.D_FORCE + velocity])
-    wanted, partial = stopped_pitch(i, channel, key)
+    seq = log_note(d, i, frame, channel, key, pluck_force(d, i, channel, velocity))
+    moved = keys_moved(i, channel, key)
+    meant = transposed(i, channel, key + moved)
+    wanted, partial = stopped_pitch(i, channel, within_keys(i, meant))
     pitch = i[at.I_FOLD + wanted]
-    if pitch != wanted:
+    if pitch != wanted or meant != within_keys(i, meant):
         count(i, at.NOTES_FOLDED)
     if pitch >= 0:
-        add_to_chord(i, channel, key, wanted, partial, seq)
+        add_to_chord(i, channel, key, moved, wanted, partial, seq)
     else:
         count(i, at.NOTES_DROPPED)
         log_end(i, seq, frame, at.DROPPED)
@@ -126,21 +133,10 @@ def _note_off(d, i, frame, channel, key):
 
 
 @kernel
-def _system(d, i, frame, status):
-    """Of the system messages only reset means anything: every string damped, every channel as at power-up."""
-    if status != SYSTEM_RESET:
-        count(i, at.MESSAGES_IGNORED)
-        return
-    for channel in range(at.CHANNELS):
-        sound_off(d, i, frame, channel)
-        clear_channel(d, i, channel)
-    clear_zones(i)
-
-
-@kernel
 def _changes_chord(kind, data1):
-    """Whether a message can change what is best for the chord of its frame: notes and the pedal (CC64, CC121)."""
-    return kind == NOTE_ON or kind == NOTE_OFF or (kind == CONTROL and (data1 == PEDAL or data1 == RESET))
+    """Whether a message can change what is best for the chord of its frame: notes and pedals (CC64, CC66, CC121)."""
+    pedal = data1 == PEDAL or data1 == SOSTENUTO or data1 == RESET
+    return kind == NOTE_ON or kind == NOTE_OFF or (kind == CONTROL and pedal)
 
 
 @kernel
@@ -175,7 +171,7 @@ def player_message(d, i, frame, status, data1, data2):
     status, data1, data2 = status & 0xFF, data1 & 0x7F, data2 & 0x7F
     kind, channel = status & 0xF0, status & 0x0F
     if kind == SYSTEM:
-        _system(d, i, frame, status)
+        system_message(d, i, frame, status, data1, data2)
     elif is_percussion(i, channel):
         _percussion(d, i, frame, kind, data1, data2)
     else:

@@ -1,13 +1,14 @@
-"""How far each sounding note is bent from its key: what its channel's pitch bend asks, as a ratio of tensions.
+"""How far each sounding note is bent from its key: what its channel's pitch bend and fine tuning ask, as a ratio of
+tensions; and the whole guitar's fine tuning.
 
-Enter a channel's bend and range; leave the ratio that a note of that channel and key wants, and gestures on the strings
+Enter a channel's bend and range; leave the ratio that a note of that channel wants, and gestures on the strings
 that sound when it changes. In a zone of MPE the master's bend is added, and all members have one range.
 """
 
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_log import count
-from ukrt.engine.kernels.player_strings import bend_string, string_ratio
+from ukrt.engine.kernels.player_strings import bend_string, rest_ratio, set_tension, string_ratio
 from ukrt.engine.kernels.player_zones import NO_ZONE, bend_cents, bend_range, master_of, zone_of
 
 
@@ -51,8 +52,9 @@ def _is_limited(d, i, channel):
 
 @kernel
 def _follow_own(d, i, frame, channel):
-    """Work out the channel's bend and, if it has changed, bring its sounding strings to it."""
+    """Work out the channel's bend and fine tuning and, if they have changed, bring its sounding strings to them."""
     cents = i[at.C_BEND + channel] * bend_range(i, channel) / 8192.0
+    cents += (i[at.C_FINE + channel] - at.MIDDLE_FINE) * (100.0 / 8192.0)
     if d[at.D_BEND + channel] == cents:
         return
     d[at.D_BEND + channel] = cents
@@ -67,3 +69,18 @@ def follow_bend(d, i, frame, channel):
     for other in range(at.CHANNELS):
         if other == channel or (zone != NO_ZONE and zone_of(i, other) == zone):
             _follow_own(d, i, frame, other)
+
+
+@kernel
+def follow_master(d, i, frame):
+    """Bring all strings to a new fine tuning of the whole guitar; what is being damped gets there with its rest."""
+    rest = rest_ratio(i)
+    for s in range(i[at.I_STRINGS]):
+        state = i[at.S_STATE + s]
+        if state == at.HELD or state == at.PEDALLED:
+            bend_string(d, i, s, frame, string_ratio(d, i, s))
+        elif d[at.D_TENSION + s] != rest and i[at.S_TENSION_FRAME + s] > frame + i[at.I_LEAD]:
+            set_tension(d, i, s, i[at.S_TENSION_FRAME + s], rest, i[at.I_BEND_RAMP], 0.0)
+        elif d[at.D_TENSION + s] != rest:
+            d[at.D_DEPTH + s] = 0.0
+            bend_string(d, i, s, frame, rest)

@@ -13,9 +13,13 @@ from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
 from ukrt.engine.kernels.player_hand import hand_follow, place_hand
 from ukrt.engine.kernels.player_log import count, log_end, log_place
 from ukrt.engine.kernels.player_mono import find_monos, gives_way, string_wanted
+from ukrt.engine.kernels.player_pedals import is_held_by_pedal
 from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note, way_of
 from ukrt.engine.kernels.player_strings import (
+    bend_string,
     damp_string,
+    note_ratio,
+    rest_ratio,
     restore_ending,
     set_tension,
     start_note,
@@ -23,6 +27,7 @@ from ukrt.engine.kernels.player_strings import (
     withdraw_note,
 )
 from ukrt.engine.kernels.player_touch import touch_string
+from ukrt.engine.kernels.player_tuning import tune_string
 from ukrt.engine.kernels.timeline import timeline_cancel
 
 
@@ -50,7 +55,7 @@ def _recall_string(d, i, s, frame):
     withdraw_note(d, i, s, frame)
     restore_ending(d, i, s, frame)
     sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
-    ratio = string_ratio(d, i, s) if sounding else 1.0
+    ratio = string_ratio(d, i, s) if sounding else rest_ratio(i)
     set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP], 0.0)
 
 
@@ -142,8 +147,8 @@ def _find_repeats(i):
 
 @kernel
 def end_note(d, i, s, frame):
-    """The key of the note on string ``s`` comes up: the note is damped, or the pedal holds it."""
-    if i[at.C_PEDAL + i[at.S_CHANNEL + s]] == 1:
+    """The key of the note on string ``s`` comes up: the note is damped, or a pedal holds it."""
+    if is_held_by_pedal(i, s):
         i[at.S_STATE + s] = at.PEDALLED
         let_go(i, s)
         return
@@ -155,17 +160,20 @@ def end_note(d, i, s, frame):
 def _sound(d, i, note, frame):
     """Play a note of the chord on the string it was given."""
     s, seq = i[at.G_STRING + note], i[at.G_SEQ + note]
-    channel, pitch = i[at.G_CHANNEL + note], i[at.G_PITCH + note]
+    channel, pitch, tuned = i[at.G_CHANNEL + note], i[at.G_PITCH + note], i[at.S_TUNED + s]
     fret, way = pitch - i[at.I_OPEN + s], way_of(i, note, s)
     i[at.G_WAY + note] = way
     _end_former(i, s, frame, way)
+    tune_string(i, s, channel, i[at.G_KEY + note], i[at.G_MOVED + note])
     force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
     if way not in (at.HAMMERED, at.PULLED, at.SLID):
         touch_string(d, i, s, frame, fret, channel, i[at.G_PARTIAL + note])
-        start_note(d, i, s, frame, fret, force, seq, channel, i[at.G_KEY + note])
+        start_note(d, i, s, frame, fret, force, seq, channel)
     else:
         slur_note(d, i, s, frame, fret, force, channel, way)
-    i[at.S_STATE + s] = at.HELD
+        if i[at.S_TUNED + s] != tuned:
+            bend_string(d, i, s, frame, note_ratio(d, i, s, channel))
+    i[at.S_STATE + s], i[at.S_CAUGHT + s] = at.HELD, i[at.G_CAUGHT + note]
     i[at.S_CHANNEL + s], i[at.S_KEY + s], i[at.S_PITCH + s] = channel, i[at.G_KEY + note], pitch
     i[at.S_SEQ + s] = seq
     log_place(i, seq, s, fret, way)
@@ -234,7 +242,7 @@ def _forget_dropped(i):
 
 
 @kernel
-def add_to_chord(i, channel, key, wanted, partial, seq):
+def add_to_chord(i, channel, key, moved, wanted, partial, seq):
     """One more note for the chord (``recall_chord`` has been called, ``play_chord`` must follow)."""
     if i[at.G_COUNT] >= at.MAX_GROUP:
         _forget_dropped(i)
@@ -243,6 +251,7 @@ def add_to_chord(i, channel, key, wanted, partial, seq):
     i[at.G_KEY + note], i[at.G_CHANNEL + note], i[at.G_WANTED + note] = key, channel, wanted
     i[at.G_PITCH + note], i[at.G_PARTIAL + note] = i[at.I_FOLD + wanted], partial
     i[at.G_SEQ + note], i[at.G_OFF + note], i[at.G_STRING + note] = seq, 0, -1
+    i[at.G_MOVED + note], i[at.G_CAUGHT + note] = moved, 0
     i[at.G_FORCED + note], i[at.G_POSITION + note] = string_wanted(i, channel), i[at.C_POSITION + channel]
 
 

@@ -1,5 +1,5 @@
-"""Channel messages that are not notes: pitch bend with its range (RPN 0), the pedal, the string and the position that
-notes to come are given, and the ways to end all notes. How notes are played is player_expression.py's.
+"""Channel messages that are not notes: pitch bend with its range (RPN 0), pedals, volume, the string and the position
+that notes to come are given, and the ways to end all notes. How notes are played is player_expression.py's.
 
 Whatever is neither played nor followed is counted. The percussion channel's controllers are counted and ignored.
 """
@@ -10,16 +10,20 @@ from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_bend import set_bend_range
 from ukrt.engine.kernels.player_chord import close_chord, end_note
 from ukrt.engine.kernels.player_expression import clear_expression, reset_expression, set_expression
+from ukrt.engine.kernels.player_level import set_volume
 from ukrt.engine.kernels.player_log import count, log_end
+from ukrt.engine.kernels.player_pedals import is_held_by_pedal, set_sostenuto
+from ukrt.engine.kernels.player_rpn import clear_parameters, enter_parameter
 from ukrt.engine.kernels.player_strings import damp_string
 from ukrt.engine.kernels.player_zones import bend_range
 
 
 @kernel
-def _data_entry(i, channel, controller, value):
-    """CC6, 38, 96, 97: the bend range in semitones and cents where RPN 0 is chosen, else nothing."""
+def _data_entry(d, i, channel, controller, value):
+    """CC6, 38, 96, 97: the bend range in semitones and cents where RPN 0 is chosen, or another parameter."""
     if i[at.C_RPN + channel] != 0:
-        count(i, at.RPN_IGNORED)
+        if not enter_parameter(d, i, channel, controller, value):
+            count(i, at.NRPN_IGNORED if i[at.C_RPN + channel] == at.NRPN else at.RPN_IGNORED)
         return
     cents = bend_range(i, channel)
     if controller == cc.DATA_MSB:
@@ -57,11 +61,16 @@ def _force(i, channel, controller, value):
 
 
 @kernel
-def set_pedal(d, i, frame, channel, down):
-    """CC64: up, it ends the notes that only it held."""
-    i[at.C_PEDAL + channel] = down
+def set_pedals(d, i, frame, channel, controller, value):
+    """CC64, 66 and, for both up, 121: those that come up end the notes that nothing else holds."""
+    down = 1 if value >= cc.DOWN and controller != cc.RESET else 0
+    if controller != cc.SOSTENUTO:
+        i[at.C_PEDAL + channel] = down
+    if controller != cc.PEDAL:
+        set_sostenuto(i, channel, down)
     for s in range(i[at.I_STRINGS]):
-        if down == 0 and i[at.S_STATE + s] == at.PEDALLED and i[at.S_CHANNEL + s] == channel:
+        of_channel = i[at.S_STATE + s] == at.PEDALLED and i[at.S_CHANNEL + s] == channel
+        if of_channel and not is_held_by_pedal(i, s):
             end_note(d, i, s, frame)
 
 
@@ -98,25 +107,28 @@ def sound_off(d, i, frame, channel):
 @kernel
 def control_change(d, i, frame, channel, controller, value):
     """One controller message, but for what bends do (``follow_bend`` comes after every one)."""
-    if controller == cc.PEDAL or controller == cc.RESET:
-        set_pedal(d, i, frame, channel, 1 if value >= cc.DOWN and controller == cc.PEDAL else 0)
-    if controller == cc.RESET:  # the bend range stays (MIDI recommended practice RP-015)
+    if controller in (cc.PEDAL, cc.SOSTENUTO, cc.RESET):
+        set_pedals(d, i, frame, channel, controller, value)
+    if controller == cc.RESET:  # what RPNs have set stays (MIDI recommended practice RP-015)
         i[at.C_RPN + channel], i[at.C_BEND + channel] = at.RPN_NULL, 0
         i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
         reset_expression(i, channel)
+        set_volume(d, i, at.I_EXPRESSION, at.FULL_EXPRESSION)
     elif controller == cc.BANK_MSB or controller == cc.BANK_LSB:
         count(i, at.PROGRAMS)
     elif controller == cc.STRING or controller == cc.POSITION:
         _force(i, channel, controller, value)
     elif controller in (cc.DATA_MSB, cc.DATA_LSB, cc.INCREMENT, cc.DECREMENT):
-        _data_entry(i, channel, controller, value)
+        _data_entry(d, i, channel, controller, value)
     elif cc.NRPN_LSB <= controller <= cc.RPN_MSB:
         _choose_rpn(i, channel, controller, value)
     elif controller == cc.SOUND_OFF:
         sound_off(d, i, frame, channel)
     elif controller >= cc.NOTES_OFF:
         notes_off(d, i, frame, channel)
-    elif controller != cc.PEDAL and not set_expression(i, channel, controller, value):
+    elif controller == cc.VOLUME or controller == cc.EXPRESSION:
+        set_volume(d, i, at.I_VOLUME if controller == cc.VOLUME else at.I_EXPRESSION, value)
+    elif controller not in (cc.PEDAL, cc.SOSTENUTO) and not set_expression(i, channel, controller, value):
         count(i, at.CONTROLLERS_IGNORED)
 
 
@@ -126,7 +138,8 @@ def clear_channel(d, i, channel):
     i[at.C_BEND + channel] = 0
     i[at.C_RANGE + channel] = -1
     i[at.C_RPN + channel] = at.RPN_NULL
-    i[at.C_PEDAL + channel] = 0
+    i[at.C_PEDAL + channel], i[at.C_SOSTENUTO + channel] = 0, 0
+    clear_parameters(i, channel)
     i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
     clear_expression(i, channel)
     i[at.C_MONO + channel] = 0

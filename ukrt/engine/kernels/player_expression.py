@@ -32,6 +32,8 @@ def set_expression(i, channel, controller, value):
         i[at.C_MUTE + channel] = value
     elif controller == cc.PLACE:
         i[at.C_PLACE + channel] = value
+    elif controller == cc.SOFT:
+        i[at.C_SOFT + channel] = 1 if value >= cc.DOWN else 0
     else:
         return False
     return True
@@ -48,7 +50,7 @@ def set_key_pressure(i, channel, key, value):
 @kernel
 def reset_expression(i, channel):
     """CC121: no vibrato, slurs, slides, harmonics, muting; the sound stays as it is set (MIDI practice RP-015)."""
-    i[at.C_WHEEL + channel] = i[at.C_PRESSURE + channel] = 0
+    i[at.C_WHEEL + channel] = i[at.C_PRESSURE + channel] = i[at.C_SOFT + channel] = 0
     i[at.C_LEGATO + channel] = i[at.C_GLIDES + channel] = i[at.C_HARMONIC + channel] = i[at.C_MUTE + channel] = 0
     for s in range(i[at.I_STRINGS]):
         if i[at.S_CHANNEL + s] == channel:
@@ -86,6 +88,18 @@ def pluck_angle(d, i, channel):
     if value > cc.MIDDLE:
         return angle * (127 - value) / (127 - cc.MIDDLE)
     return angle + (0.5 * math.pi - angle) * (cc.MIDDLE - value) / cc.MIDDLE
+
+
+@kernel
+def pluck_force(d, i, channel, velocity):
+    """Force of a pluck [N], less with the soft pedal."""
+    return d[at.D_FORCE + velocity] * (at.SOFT_FORCE if i[at.C_SOFT + channel] == 1 else 1.0)
+
+
+@kernel
+def flesh(i, channel):
+    """How softly plucks let go, 0 to 127; more so with the soft pedal."""
+    return min(127, i[at.C_FLESH + channel] + at.SOFT_FLESH * i[at.C_SOFT + channel])
 
 
 @kernel

@@ -8,7 +8,7 @@ from ukrt.engine import controller_layout as cc
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_bend import follow_bend
-from ukrt.engine.kernels.player_controllers import clear_channel, control_change, notes_off, set_pedal
+from ukrt.engine.kernels.player_controllers import clear_channel, control_change, notes_off, set_pedals
 from ukrt.engine.kernels.player_log import count
 from ukrt.engine.kernels.player_mono import is_percussion, mode_string
 from ukrt.engine.kernels.player_zones import LOWER, NO_ZONE, UPPER, master_of, zone_members, zone_of, zone_place
@@ -40,7 +40,7 @@ def _set_zone(d, i, frame, zone, members):
     for channel in range(at.CHANNELS):
         if _part(i, channel) != i[at.X_REST + channel]:
             chosen = i[at.C_RPN + channel]
-            set_pedal(d, i, frame, channel, 0)
+            set_pedals(d, i, frame, channel, cc.RESET, 0)
             notes_off(d, i, frame, channel)
             clear_channel(d, i, channel)
             i[at.C_RPN + channel] = chosen
@@ -128,5 +128,5 @@ def adopt_mode(d, i, now, mode_before, base_before):
         for channel in range(at.CHANNELS):
             i[at.C_MONO + channel] = 0
     if is_percussion(i, at.PERCUSSION_CHANNEL):
-        set_pedal(d, i, now, at.PERCUSSION_CHANNEL, 0)
+        set_pedals(d, i, now, at.PERCUSSION_CHANNEL, cc.RESET, 0)
         notes_off(d, i, now, at.PERCUSSION_CHANNEL)

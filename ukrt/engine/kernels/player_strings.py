@@ -7,7 +7,7 @@ it learns by cancelling it: a gesture that can no longer be cancelled has happen
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_expression import pluck_angle, pluck_place
+from ukrt.engine.kernels.player_expression import flesh, pluck_angle, pluck_place
 from ukrt.engine.kernels.player_log import count
 from ukrt.engine.kernels.player_zones import bend_cents, share_kept
 from ukrt.engine.kernels.timeline import timeline_add, timeline_cancel
@@ -56,21 +56,28 @@ def set_tension(d, i, s, frame, ratio, ramp, straight):
 
 
 @kernel
-def note_cents(d, i, channel, key):
-    """How far a note of a channel and key is to sound from what its fret gives [cents]."""
-    return bend_cents(d, i, channel)
+def note_cents(d, i, s, channel):
+    """How far the note on string ``s`` is to sound from what its fret gives [cents]."""
+    master = (i[at.I_MASTER_FINE] - at.MIDDLE_FINE) * at.FINE_UNITS
+    return bend_cents(d, i, channel) + (i[at.S_TUNED + s] + master) / at.TUNING_UNIT
 
 
 @kernel
-def note_ratio(d, i, channel, key):
-    """The tension ratio that takes it there."""
-    return _ratio(note_cents(d, i, channel, key))
+def rest_ratio(i):
+    """The tension ratio of a string without a note: the whole guitar's fine tuning."""
+    return 2.0 ** ((i[at.I_MASTER_FINE] - at.MIDDLE_FINE) * at.FINE_UNITS / at.TUNING_UNIT / 600.0)
+
+
+@kernel
+def note_ratio(d, i, s, channel):
+    """The tension ratio that takes a note of this channel there, which begins on string ``s``."""
+    return _ratio(note_cents(d, i, s, channel))
 
 
 @kernel
 def string_ratio(d, i, s):
     """The tension ratio that the note on string ``s`` wants."""
-    return _ratio(note_cents(d, i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) + share_kept(i, s))
+    return _ratio(note_cents(d, i, s, i[at.S_CHANNEL + s]) + share_kept(i, s))
 
 
 @kernel
@@ -130,7 +137,7 @@ def mark_begun(i, s):
 
 
 @kernel
-def start_note(d, i, s, frame, fret, force, seq, channel, key):
+def start_note(d, i, s, frame, fret, force, seq, channel):
     """Damper off, finger to its fret (or off), tension as the note's bend has it, and the pluck that begins now."""
     finger, landing = free_string(d, i, s, frame)
     if finger > 0 and finger != fret:
@@ -141,8 +148,8 @@ def start_note(d, i, s, frame, fret, force, seq, channel, key):
         i[at.S_PRESS + s], i[at.S_LANDING + s] = frame + landing, i[at.I_LANDING]
         i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
         press_string(d, i, s)
-    set_tension(d, i, s, frame, note_ratio(d, i, channel, key), i[at.I_BEND_RAMP], 0.0)
-    release = i[at.C_FLESH + channel] * i[at.I_FLESH] // 127
+    set_tension(d, i, s, frame, note_ratio(d, i, s, channel), i[at.I_BEND_RAMP], 0.0)
+    release = flesh(i, channel) * i[at.I_FLESH] // 127
     if i[at.S_RELEASE + s] != release:
         i[at.S_RELEASE + s] = release
         ask(d, i, frame, do.RELEASE, s, 0.0, release)
@@ -192,7 +199,7 @@ def damp_string(d, i, s, now, frame, ramp):
     if i[at.I_DAMPED_IDLE] == 0:
         i[at.S_UNDAMP + s] = lifting + i[at.I_GAP]
         ask(d, i, i[at.S_UNDAMP + s], do.UNDAMP, s, 0.0, i[at.I_UNDAMP_RAMP])
-    set_tension(d, i, s, lifting, 1.0, i[at.I_BEND_RAMP], 0.0)
+    set_tension(d, i, s, lifting, rest_ratio(i), i[at.I_BEND_RAMP], 0.0)
 
 
 @kernel

@@ -12,6 +12,7 @@ from ukrt.engine.kernels.convolve import convolve_chunk, convolver_reset
 from ukrt.engine.kernels.hands import perform
 from ukrt.engine.kernels.jit import inlined, kernel
 from ukrt.engine.kernels.player import player_tick
+from ukrt.engine.kernels.player_level import apply_level
 from ukrt.engine.kernels.player_vibrato import follow_vibrato
 from ukrt.engine.kernels.ports import sum_string
 from ukrt.engine.kernels.shed import tend_shed
@@ -45,6 +46,7 @@ def compute_chunk(d, i, v, vi, now, n):
     advance(d, i, n)
     if i[at.H_CONVOLVE]:
         convolve_chunk(v, vi, now, n, d, at.BRIDGE, d, at.PRESSURE)
+        apply_level(d, i, n)
     return _is_sane(d, i, n)
 
 

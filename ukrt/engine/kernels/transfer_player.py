@@ -9,8 +9,9 @@ from ukrt.engine import gestures as do
 from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_bend import follow_bend
+from ukrt.engine.kernels.player_bend import follow_bend, follow_master
 from ukrt.engine.kernels.player_chord import close_chord
+from ukrt.engine.kernels.player_level import begin_ramp
 from ukrt.engine.kernels.player_log import log_end
 from ukrt.engine.kernels.player_modes import adopt_mode
 from ukrt.engine.kernels.player_strings import ask
@@ -44,6 +45,9 @@ def transfer_player(d0, i0, d1, i1, now, pace):
     adopt_mode(d1, i1, now, i0[at.I_MODE], i0[at.I_BASE])
     for channel in range(at.CHANNELS):  # the preset's own bend range may be another
         follow_bend(d1, i1, now, channel)
+    follow_master(d1, i1, now)  # strings that the old guitar lacked
+    if pace != 1.0 and i1[at.I_LEVEL_LEFT] > 0:
+        begin_ramp(d1, i1, max(1, scaled_frames(i1[at.I_LEVEL_LEFT], pace)))
 
 
 @kernel
@@ -68,6 +72,8 @@ def _give_up_string(d, i, s, now):
     for row in (at.S_STATE, at.S_CHANNEL, at.S_KEY, at.S_FINGER, at.S_ORDER, at.S_TENSION_FRAME):
         i[row + s] = 0
     for row in (at.S_STAYS, at.S_LANDING, at.S_SPEED, at.S_PRESSURE, at.S_RELEASE, at.S_LET):
+        i[row + s] = 0
+    for row in (at.S_MOVED, at.S_TUNED, at.S_CAUGHT):
         i[row + s] = 0
     for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED):
         i[row + s] = -1
