@@ -132,3 +132,17 @@ def test_a_note_that_rings_out_does_not_follow_its_channels_next_note():
     bench.run(9100 + bench.lead)
     moved = [(other, p[0]) for _, kind, other, p in bench.gestures if kind == do.TENSION]
     assert [other for other, _ in moved] != [] and s not in dict(moved)
+
+
+def test_sostenuto_and_fine_tuning_of_a_master_are_its_members():
+    bench = mpe_bench()
+    bench.on(0, 64, channel=1)
+    s = string_of(bench, 2, 64)
+    bench.cc(5000, cc.SOSTENUTO, 127, channel=0)
+    bench.off(6000, 64, channel=1)
+    for frame, controller, value in ((7000, 101, 0), (7000, 100, 1), (7000, 6, 96)):
+        bench.cc(frame, controller, value, channel=0)
+    bench.run(20_000)
+    assert string_of(bench, 2, 64) == s and cents(bench, s) == pytest.approx(50)
+    bench.cc(20_000, cc.SOSTENUTO, 0, channel=0)
+    assert bench.held() == {}
