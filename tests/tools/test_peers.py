@@ -12,7 +12,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
 
-from peers import csound, faust, measure, paper_numpy, piece, supercollider, tables
+from peers import csound, faust, install, measure, paper_numpy, piece, supercollider, tables
 from peers.__main__ import PEERS, chosen, prepared
 from peers.modes import modes
 from peers.peer import Peer, PeerError, Ready, Work, last_line, program_path
@@ -123,6 +123,19 @@ def test_why_a_package_could_not_be_installed_is_told(tmp_path):
     absent = Peer("absent", "nothing", ("no-such-package",), lambda _: program_path("no-such-program"))
     _, left_out = prepared([absent], Work(tmp_path), {"no-such-package": "E: Unable to locate"}, lambda _: None)
     assert left_out["absent"].startswith("E: Unable to locate")
+
+
+def test_no_peer_takes_another_package_away(monkeypatch):
+    """Commands as apt-get would get them, in their order: JACK 2's headers before what would else bring JACK 1's."""
+    commands = []
+    monkeypatch.setattr(install.os, "geteuid", lambda: 0, raising=False)
+    monkeypatch.setattr(install, "_is_installed", lambda name: name == "g++")
+    monkeypatch.setattr(install, "called", lambda *words, **_: commands.append(words))
+    assert install.install([name for one in PEERS for name in one.packages], lambda _: None) == {}
+    assert commands[0][:2] == ("apt-get", "update")
+    assert all(words[1] == "install" and "--no-remove" in words for words in commands[1:])
+    names = [words[-1] for words in commands[1:]]
+    assert names.index("libjack-jackd2-dev") < names.index("libstk-dev") and "g++" not in names
 
 
 def test_ratios_are_those_within_a_turn():

@@ -13,7 +13,7 @@ def _prepare(kind, work):
     )
 
 
-PACKAGES = ("libstk-dev", "g++")
+PACKAGES = ("libjack-jackd2-dev", "libstk-dev", "g++")  # the first one first: see peers.install
 PEERS = (
     Peer("STK Guitar", "6 waveguides, coupled at the bridge", PACKAGES, functools.partial(_prepare, "guitar")),
     Peer("STK Plucked", "6 waveguides (Karplus-Strong)", PACKAGES, functools.partial(_prepare, "plucked")),
