@@ -86,6 +86,22 @@ class Synth:
         """Set controller ``controller`` (0 to 127) to ``value`` (0 to 127), such as 64, the sustain pedal."""
         self._send(0xB0, channel, _whole("controller", controller, 0, 127), _whole("value", value, 0, 127), frame)
 
+    def articulate(self, channel=0, frame=None, **controls):
+        """Say how notes to come are played, by names: ``articulate(attack=20, release=0, strum_direction=127)``.
+
+        Names are those that controllers are learned by (``ukrt.engine.controller_names``, with ``_`` for ``-``), values
+        (0 to 127) those of the table of controllers in ``ukrt/playing/README.md``.
+        """
+        from .engine.controller_names import FUNCTIONS
+
+        numbers = {name.replace("-", "_"): number for name, number in FUNCTIONS.items()}
+        for name, value in controls.items():
+            if name not in numbers:
+                raise ParameterError(name, value, f"no such control exists; there are {', '.join(numbers)}")
+            _whole(name, value, 0, 127)
+        for name, value in controls.items():
+            self.control_change(numbers[name], value, channel, frame)
+
     def pitch_bend(self, bend, channel=0, frame=None):
         """Bend by ``bend``, from -8192 to 8191 of 8192 parts of the bend range."""
         position = _whole("bend", bend, -8192, 8191) + 8192

@@ -70,6 +70,21 @@ def frequency(sound, low, high, rate=48000):
     return hertz[np.argmax(spectrum * ((low < hertz) & (hertz < high)))]
 
 
+def test_articulations_have_names(synth):
+    def play(say):
+        synth.reset()
+        say()
+        synth.note_on(45, 90)
+        return synth.process(4800)
+
+    named = play(lambda: synth.articulate(attack=10, strum_direction=127, mute=127))
+    numbered = play(lambda: (synth.control_change(22, 10), synth.control_change(19, 127)))
+    assert np.array_equal(named, numbered) and not np.array_equal(named, play(lambda: None))
+    for controls, words in (({"atack": 1}, "atack"), ({"attack": 128}, "0 to 127"), ({"attack": 0.5}, "whole number")):
+        with pytest.raises(ParameterError, match=words):
+            synth.articulate(**controls)
+
+
 def test_pitch_bend_raises_the_tone(synth):
     tones = []
     for bend in (0, 8191, -8192):

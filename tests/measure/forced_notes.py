@@ -1,8 +1,9 @@
 """One note at a time, on a string and fret of one's choice: an engine enters, its audio and the note's pitch leave.
 
 MIDI notes choose their string by the player's rules. Here that choice alone is passed over: after the player's first
-tick (which puts the dampers on where strings idle damped) its own `start_note` is called for the string and fret, the
-function that every MIDI note ends in. For the string the player would have taken, the audio is the same bit by bit.
+tick (which puts the dampers on where strings idle damped) its own `start_note` and `pluck_string` are called for the
+string and fret, the functions that every plucked MIDI note ends in. For the string the player would have taken, the
+audio is the same bit by bit.
 """
 
 from typing import NamedTuple
@@ -10,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ukrt.engine.kernels.player import player_tick
+from ukrt.engine.kernels.player_attack import pluck_string
 from ukrt.engine.kernels.player_strings import start_note
 from ukrt.model.fingerboard import fingerboard
 
@@ -48,7 +50,8 @@ def forced_note(engine, string, fret, force, seconds):
     """Reset the engine and play one note; the audio begins with the string's release: ndarray (k, channels)."""
     engine.reset()
     player_tick(engine._d, engine._i, 0)
-    start_note(engine._d, engine._i, string, 0, fret, float(force), 0, 0)
+    start_note(engine._d, engine._i, string, 0, fret, 0)
+    pluck_string(engine._d, engine._i, string, 0, fret, float(force), 0, 0, 0, 0)
     return after_release(engine, seconds)
 
 

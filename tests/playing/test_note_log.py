@@ -89,7 +89,8 @@ def test_every_fate_is_told():
         "notes_repeated": 1,
     }
     assert set(bench.log[0]) == {
-        "time_s", "release_frame", "midi", "channel", "string", "fret", "force_n", "articulation", "end_s", "fate",
+        "time_s", "release_frame", "midi", "channel", "string", "fret", "force_n", "articulation", "finger", "end_s",
+        "fate",
     }  # fmt: skip
 
 

@@ -8,6 +8,7 @@ WHEEL, GLIDE_TIME, DATA_MSB, DATA_LSB = 1, 5, 6, 38
 VOLUME, EXPRESSION = 7, 11
 ANGLE, HARMONIC, FLESH, MUTE = 16, 17, 18, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
+ATTACK, STRUM, DIRECTION, VARIATION, PLANTING = 22, 23, 24, 25, 26
 PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
 SOSTENUTO, SOFT = 66, 67
 INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
@@ -15,6 +16,7 @@ SOUND_OFF, RESET, NOTES_OFF, MONO, POLY = 120, 121, 123, 126, 127
 ZONE_RPN = 6  # MPE Configuration Message
 DOWN = 64  # a switch or a pedal is on from here
 MIDDLE = 64  # of a controller that goes both ways
+ALTERNATE = 127  # of DIRECTION: each stroke the other way
 
 # What is sent, what it means
 CONTROLLERS = (
@@ -81,13 +83,42 @@ CONTROLLERS = (
     (
         f"CC {FLESH}",
         "how plucks to come let go: 0 at once, as a nail or a plectrum, 127 within `articulation.flesh_time`, as a "
-        "soft fingertip",
+        "soft fingertip; `articulation.flesh` before that",
+    ),
+    (
+        f"CC {ATTACK}",
+        f"time for which plucks to come pull: {MIDDLE} as the preset has it (`pluck.attack`), 0 for 0.5 ms, 127 for "
+        "all of `pluck.duration`; the release stays where it is",
+    ),
+    (
+        f"CC {PLANTING}",
+        "planting: how firmly the finger rests on the string from the note-on until it plucks it, 0 not at all; "
+        "`articulation.planting` before that",
+    ),
+    (
+        f"CC {STRUM}",
+        "strumming: time in which the hand sweeps over all strings, 0: at once, 1 to 127: 5 ms to 0.4 s; "
+        "`articulation.strum_time` before that",
+    ),
+    (
+        f"CC {DIRECTION}",
+        f"strums begin on the bass side (0 to 63), on the treble side (64 to 126), in turns ({ALTERNATE}); "
+        "`articulation.strum_direction` before that",
+    ),
+    (
+        f"CC {VARIATION}",
+        "how much plucks differ from finger to finger and from note to note, 0: not at all; `articulation.variation` "
+        "before that",
     ),
     (
         f"CC {HARMONIC} ({DOWN} and above is on)",
         "notes to come are harmonics: they sound at their pitch, from a string that is touched at a node",
     ),
-    (f"CC {MUTE}", "the hand's edge on the string near the bridge, for notes to come: 0 not at all, 127 the most"),
+    (
+        f"CC {MUTE}",
+        "the hand's edge on the string near the bridge, for notes to come: 0 not at all, 127 the most; "
+        "`articulation.muting` before that",
+    ),
     (
         f"CC {STRING}",
         "the string for the channel's notes to come: 1 the highest to 12, 0: free; more is ignored and counted",
@@ -114,8 +145,8 @@ CONTROLLERS = (
     (
         f"CC {RESET} reset controllers",
         "pedals up, bend to the middle, full expression, no RPN chosen, string and position free, no vibrato, slurs, "
-        "slides, harmonics, muting; "
-        f"what RPNs have set, CC {GLIDE_TIME}, {VOLUME}, {ANGLE}, {FLESH} and {PLACE} stay",
+        "slides, harmonics; muting, planting, strums and variation as the preset has them; "
+        f"what RPNs have set, CC {GLIDE_TIME}, {VOLUME}, {ANGLE}, {FLESH}, {ATTACK} and {PLACE} stay",
     ),
     (
         f"program change, CC {BANK_MSB} and {BANK_LSB} bank",

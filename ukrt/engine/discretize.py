@@ -84,6 +84,7 @@ def fill_instance(d, i, guitar, intonation, sample_rate, residual=1.0):
     i[at.H_STRINGS] = len(guitar.strings)
 
     i[at.H_FINGER], i[at.H_DAMPER] = len(guitar.finger.contacts), len(guitar.damper.places)
+    i[at.H_SMOOTH] = guitar.pluck.shape == "smooth"
     i[at.H_PORTS] = 1
     d[at.METER + at.M_RATE] = sample_rate
     d[at.SIGMA : at.SIGMA + at.LANES] = 1.0

@@ -72,9 +72,10 @@ STRING_I_SIZE = 32
     SI_TILE, SI_TILES, SI_END, SI_EXTRA, SI_MODES, SI_FINGER, SI_DAMPER, SI_PLUCK, SI_PLUCK_AT, SI_PLUCK_LENGTH,
     SI_LAND_AT, SI_LAND_LENGTH, SI_MOVE_AT, SI_MOVE_LENGTH, SI_DAMP_AT, SI_DAMP_LENGTH, SI_TENSION_AT,
     SI_TENSION_LENGTH, SI_CHANGED, SI_PORTS, SI_LIFT_AT, SI_LIFT_LENGTH, SI_SLEEP, SI_LOOKS, SI_FINGER_FROM,
-    SI_DAMPER_FROM, SI_TENSION_STRAIGHT, SI_PLUCK_RELEASE, SI_RELEASE,
-) = range(29)  # fmt: skip
-# SI_PLUCK_RELEASE: frames in which the present pluck lets go, SI_RELEASE: and those to come
+    SI_DAMPER_FROM, SI_TENSION_STRAIGHT, SI_PLUCK_RELEASE, SI_RELEASE, SI_PLUCK_SMOOTH,
+) = range(30)  # fmt: skip
+# SI_PLUCK_RELEASE: frames in which the present pluck lets go, SI_RELEASE: and those to come; SI_PLUCK_SMOOTH: its force
+# rises along half a cosine
 # SI_SLEEP: AWAKE, HUSHED since frame SI_LOOKS, or ASLEEP; SI_*_FROM: which of the preset's contacts is its first
 AWAKE, HUSHED, ASLEEP = range(3)
 
@@ -84,7 +85,7 @@ CONTACT_SIZE = 8
 C_OFFSET, C_A, C_B, C_G, C_DAMPER = range(5)
 
 PLAYER_D_SIZE = 32768
-PLAYER_I_SIZE = 147456
+PLAYER_I_SIZE = 180224
 
 _D, D_SIZE = _sections(
     0,
@@ -144,9 +145,9 @@ globals().update(_I)
 # HEAD ----------------------------------------------------------------------------------------------------------------
 (
     H_STRINGS, H_PORTS, H_BODY, H_SIGNAL, H_CHANNELS, H_CONVOLVE, H_BUSY, H_GESTURES, H_GESTURES_DONE,
-    H_GESTURES_DROPPED, H_FINGER, H_DAMPER, H_SHED,
-) = range(13)  # fmt: skip
-# H_SHED: how much is shed, 0 (nothing) to 3, see kernels/shed.py
+    H_GESTURES_DROPPED, H_FINGER, H_DAMPER, H_SHED, H_SMOOTH,
+) = range(14)  # fmt: skip
+# H_SHED: how much is shed, 0 (nothing) to 3, see kernels/shed.py; H_SMOOTH: 1 if plucks rise along half a cosine
 
 # METER (in d) --------------------------------------------------------------------------------------------------------
 M_RATE, M_GAIN = range(2)  # frames per second; gain of what goes to a sound card

@@ -4,6 +4,7 @@ Offsets are absolute (the section's base is added here). Tables are filled once 
 rest is the player's own state, cleared by ``player_reset``.
 """
 
+from .counter_layout import COUNTER_NAMES
 from .layout import MAX_STRINGS, PLAYER_D, PLAYER_D_SIZE, PLAYER_I, PLAYER_I_SIZE
 from .stage_layout import SYSEX_BYTES
 
@@ -20,6 +21,7 @@ PERCUSSION_CHANNEL = 9  # channel 10 in a musician's count
 PLACE_BRIDGE, PLACE_NECK = 0.97, 0.70  # share of L: sul ponticello, sul tasto at its utmost (estimates)
 LEAST_SHARE = 0.25  # of what sounds, that a pluck keeps from the finger (estimate)
 MUTE_PLACE = 0.95  # share of L where the hand's edge lies: 3 cm from the bridge (estimate)
+PLANT_BESIDE = 0.005  # share of L by which a planted fingertip's middle lies before the point it plucks at (estimate)
 UNTIL_DAMPED = 1 << 60  # frame at which a touch leaves that stays for the whole note
 FINGERS = 4  # of the left hand that stop strings
 MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
@@ -79,7 +81,16 @@ I_REPEAT = PLAYER_I + 20  # keys after which the scale repeats, 12 where there i
 I_MODE = PLAYER_I + 21
 I_BASE = PLAYER_I + 22  # channel of the highest string in guitar mode, 0 .. 15
 I_LEVEL_RAMP = PLAYER_I + 23  # frames in which the volume comes to a new value
-I_OPEN = PLAYER_I + 24  # key (MIDI note) of each open string
+I_USUAL_FLESH = PLAYER_I + 24  # values of controllers before any message
+I_USUAL_MUTE = PLAYER_I + 25
+I_USUAL_PLANTING = PLAYER_I + 26
+I_USUAL_VARIATION = PLAYER_I + 27
+I_USUAL_STRUM = PLAYER_I + 28  # frames in which the hand sweeps over all strings, 0: it does not
+I_USUAL_DIRECTION = PLAYER_I + 29
+I_SEED = PLAYER_I + 30  # of the variations
+I_STROKE_JOIN = PLAYER_I + 31  # frames in which notes join a stroke that has begun, and the hand does not turn
+I_STROKE_HOLD = PLAYER_I + 32  # frames that a strummed string sounds at least
+I_OPEN = PLAYER_I + 40  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 I_KEY_PITCH = I_FOLD + 128  # of each key, in TUNING_UNITs above MIDI note 0
 
@@ -94,7 +105,10 @@ D_VIBRATO_STEP = PLAYER_D + 6  # radians in I_VIBRATO_SLOT frames
 D_TOUCH = PLAYER_D + 7  # resistance of the finger at a node, over the wave impedance
 D_MUTE = PLAYER_D + 8  # of the hand's edge, for each value of the controller
 D_FRAMES_OF_SLIDE = D_MUTE + 128  # for each value of the controller
-D_FORCE = D_FRAMES_OF_SLIDE + 128  # peak force [N] of each velocity
+D_FRAMES_OF_PULL = D_FRAMES_OF_SLIDE + 128
+D_FRAMES_OF_STRUM = D_FRAMES_OF_PULL + 128
+D_PLANT = D_FRAMES_OF_STRUM + 128  # resistance of a planted finger
+D_FORCE = D_PLANT + 128  # peak force [N] of each velocity
 D_PLACES = D_FORCE + 128  # place [m] of each string and fret
 D_LENGTH = D_PLACES + MAX_STRINGS * FRET_ROW  # m
 D_STATE = D_LENGTH + ROW
@@ -107,40 +121,14 @@ D_DEPTH = D_PHASE + ROW  # cents that it has now
 D_LEVEL = D_DEPTH + ROW  # gain of the sound now
 D_LEVEL_GOAL = D_LEVEL + 1
 D_LEVEL_STEP = D_LEVEL + 2
-D_LOG_FORCE = D_LEVEL + 8
+D_PLUCKED_PLACE = D_LEVEL + 8  # each string's last pluck, for as long as it may have to be asked for again
+D_PLUCKED_FORCE = D_PLUCKED_PLACE + ROW
+D_PLUCKED_ANGLE = D_PLUCKED_FORCE + ROW
+D_SAVED = D_PLUCKED_ANGLE + ROW  # these three rows as they were before the chord
+D_LOG_FORCE = D_SAVED + 3 * ROW
 D_END = D_LOG_FORCE + LOG_CAPACITY
 
 # Counters (i) ------------------------------------------------------------------------------------------------------
-COUNTER_NAMES = (
-    "notes_on",
-    "notes_percussion",
-    "notes_folded",
-    "bends",
-    "bends_limited",
-    "tension_gestures",
-    "controllers_ignored",
-    "rpn_ignored",
-    "nrpn_ignored",
-    "sysex_ignored",
-    "sysex_refused",
-    "messages_ignored",
-    "programs",
-    "notes_off_unmatched",
-    "note_log_overflows",
-    "gestures_refused",
-    "searches_cut_short",
-    "notes_played",
-    "notes_dropped",
-    "notes_stolen",
-    "notes_repeated",
-    "hand_shifts",
-    "hand_shift_frets",
-    "stretches",
-    "forces_refused",
-    "notes_slurred",
-    "notes_beyond_strings",
-    "zones_set",
-)
 globals().update({name.upper(): number for number, name in enumerate(COUNTER_NAMES)})  # NOTES_ON and so on
 
 # State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
@@ -149,6 +137,10 @@ I_COUNTERS = I_STATE
 I_TAKEN_BACK = I_COUNTERS + COUNTER_NAMES.index("notes_played")  # from here on a chord's re-assignment takes back
 I_HAND = I_COUNTERS + len(COUNTER_NAMES)  # fret under the index finger
 I_PLUCKS = I_HAND + 1  # plucks so far: the clock of "longest ago"
+I_STROKE = I_HAND + 2  # frame at which the right hand's latest stroke over the strings began
+I_STROKE_FROM = I_HAND + 3  # and the string that it began with
+I_STROKE_WAY = I_HAND + 4  # 1: from the bass side, -1: from the treble side, 0: there has been none
+I_FINGER = I_HAND + 5  # finger that plucked a treble string last, see FINGER_NAMES
 I_STRING = I_HAND + 8
 S_STATE = I_STRING + 0 * ROW
 S_CHANNEL = I_STRING + 1 * ROW
@@ -172,11 +164,15 @@ S_LET_BEND = I_STRING + 18 * ROW  # and that channel's bend when its key came up
 S_MOVED = I_STRING + 19 * ROW  # keys that the tuning has moved its note's key by
 S_TUNED = I_STRING + 20 * ROW  # what its note's tuning asks beyond that, in TUNING_UNITs
 S_CAUGHT = I_STRING + 21 * ROW  # 1: its key was down when the sostenuto pedal went down
-I_SAVED_SIZE = S_CAUGHT + ROW - I_TAKEN_BACK
+S_PLUCK = I_STRING + 22 * ROW  # frame at which its last pluck begins to pull, -1: none
+S_PULL = I_STRING + 23 * ROW  # frames for which it pulls
+S_LATE = I_STRING + 24 * ROW  # frames for which the hand, on its way over the strings, let its note wait
+S_PLANTED = I_STRING + 25 * ROW  # frame at which the planted finger leaves, -1
+I_SAVED_SIZE = S_PLANTED + ROW - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_CAUGHT + ROW
+I_SAVED = S_PLANTED + ROW
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -198,7 +194,7 @@ C_PRESSURE = I_CHANNEL + 10 * CHANNELS  # and by the channel's pressure
 C_PLACE = I_CHANNEL + 11 * CHANNELS  # of the pluck, 64: as the preset has it
 C_ANGLE = I_CHANNEL + 12 * CHANNELS
 C_HARMONIC = I_CHANNEL + 13 * CHANNELS  # notes to come are harmonics
-C_MUTE = I_CHANNEL + 14 * CHANNELS  # 0: not muted
+C_MUTE = I_CHANNEL + 14 * CHANNELS  # 0: not muted; here and below -1: as the preset has it
 C_FLESH = I_CHANNEL + 15 * CHANNELS  # how softly plucks let go
 C_FINE = I_CHANNEL + 16 * CHANNELS  # RPN 1, 0 .. 16383
 C_COARSE = I_CHANNEL + 17 * CHANNELS  # RPN 2, 0 .. 127
@@ -206,7 +202,12 @@ C_DEPTH = I_CHANNEL + 18 * CHANNELS  # RPN 5: vibrato's depth in 1/128 semitone,
 C_SOSTENUTO = I_CHANNEL + 19 * CHANNELS
 C_SOFT = I_CHANNEL + 20 * CHANNELS
 C_MONO = I_CHANNEL + 21 * CHANNELS  # 1 + channel of the CC 126 that gave it one voice, -1: many, 0: as the mode has it
-I_OWED = I_CHANNEL + 22 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_ATTACK = I_CHANNEL + 22 * CHANNELS  # how long they pull, 64: as the preset has it
+C_STRUM = I_CHANNEL + 23 * CHANNELS
+C_DIRECTION = I_CHANNEL + 24 * CHANNELS
+C_VARIATION = I_CHANNEL + 25 * CHANNELS
+C_PLANTING = I_CHANNEL + 26 * CHANNELS
+I_OWED = I_CHANNEL + 27 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 RPN_FINE, RPN_COARSE, RPN_DEPTH = 1, 2, 5
@@ -227,6 +228,7 @@ I_GROUP = I_SYSEX + SYSEX_BYTES
 G_FRAME = I_GROUP + 0
 G_COUNT = I_GROUP + 1
 G_VICTIMS = I_GROUP + 2
+G_DONE = I_GROUP + 3  # gestures that had been carried out when it was decided
 GROUP_FIELDS = 14
 I_GROUP_ROWS = I_GROUP + 8
 G_KEY = I_GROUP_ROWS + 0 * ROW
@@ -260,10 +262,13 @@ X_HIGH = X_LOW + ROW
 X_REST = X_HIGH + ROW
 X_PICK = X_REST + ROW
 X_FREED = X_PICK + ROW  # what becomes of the string's note
+X_LATE = X_FREED + ROW  # frames for which the hand, strumming, lets a note wait, or one of the two below
+X_FINGER = X_LATE + ROW  # that plucks it
+BY_FINGER, NOT_PLUCKED = -1, -2
 KEPT, REPEATING, SLURRING = range(3)  # it stays, is replaced by a repeat of itself, may be slurred into another
 
 # Note log (i), a ring of LOG_CAPACITY --------------------------------------------------------------------------------
-I_LOG = X_FREED + ROW
+I_LOG = X_FINGER + ROW
 L_FRAME = I_LOG + 0 * LOG_CAPACITY
 L_END = I_LOG + 1 * LOG_CAPACITY  # frame, -1: rings
 L_KEY = I_LOG + 2 * LOG_CAPACITY
@@ -272,12 +277,16 @@ L_STRING = I_LOG + 4 * LOG_CAPACITY  # -1: none
 L_FRET = I_LOG + 5 * LOG_CAPACITY
 L_FATE = I_LOG + 6 * LOG_CAPACITY
 L_WAY = I_LOG + 7 * LOG_CAPACITY
-I_END = I_LOG + 8 * LOG_CAPACITY
+L_LATE = I_LOG + 8 * LOG_CAPACITY  # frames for which a strum let it wait
+L_FINGER = I_LOG + 9 * LOG_CAPACITY
+I_END = I_LOG + 10 * LOG_CAPACITY
 
 FATE_NAMES = ("played", "stolen", "repeated", "silenced", "dropped", "percussion", "slurred")
 PLAYED, STOLEN, REPEATED, SILENCED, DROPPED, PERCUSSION, SLURRED = range(len(FATE_NAMES))
 WAY_NAMES = ("pluck", "hammer-on", "pull-off", "slide", "harmonic", "muted")
 PLUCKED, HAMMERED, PULLED, SLID, HARMONIC, MUTED = range(len(WAY_NAMES))
+FINGER_NAMES = (None, "p", "i", "m", "a")
+NO_FINGER, THUMB, INDEX, MIDDLE_FINGER, RING = range(len(FINGER_NAMES))
 
 if D_END - PLAYER_D > PLAYER_D_SIZE or I_END - PLAYER_I > PLAYER_I_SIZE:
     raise ImportError(f"the player needs {D_END - PLAYER_D} float64 and {I_END - PLAYER_I} int64, layout.py gives less")

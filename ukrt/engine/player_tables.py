@@ -8,21 +8,26 @@ import numpy as np
 
 from ukrt.engine import layout
 from ukrt.engine import player_layout as at
+from ukrt.engine.controller_layout import ALTERNATE, MIDDLE
 from ukrt.model.fingerboard import fingerboard, key_cents, key_pitches, repeat_keys
 from ukrt.model.parameters import MIDI_MODES
 from ukrt.playing.rules import (
     BEND_RAMP_TIME,
     BEND_SLOT_TIME,
     GAP_TIME,
+    HOLD_TIME,
+    JOIN_TIME,
     LEVEL_TIME,
     LIFT_TIME,
     QUICK_TIME,
     SETTLE_TIME,
     VIBRATO_SLOT_TIME,
+    attack_times,
     fold_table,
     force_curve,
     glide_times,
     mute_curve,
+    strum_times,
 )
 
 
@@ -61,6 +66,7 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_LEVEL_RAMP] = max(_frames(LEVEL_TIME, sample_rate), lead)
     i[at.I_BEND_SLOT] = max(_frames(BEND_SLOT_TIME, sample_rate), -(-lead // 4))
     _make_articulation(guitar.articulation, sample_rate, d, i)
+    _make_right_hand(guitar, sample_rate, d, i)
     keys, repeat = board.open_keys, repeat_keys(guitar.tuning)
     i[at.I_REPEAT] = repeat
     i[at.I_OPEN : at.I_OPEN + at.ROW] = 0
@@ -93,6 +99,24 @@ def _make_articulation(articulation, sample_rate, d, i):
     d[at.D_VIBRATO_CENTS] = articulation.vibrato_depth
     d[at.D_VIBRATO_STEP] = 2.0 * np.pi * articulation.vibrato_rate * i[at.I_VIBRATO_SLOT] / sample_rate
     d[at.D_FRAMES_OF_SLIDE : at.D_FRAMES_OF_SLIDE + 128] = np.round(glide_times() * sample_rate)
+
+
+def _make_right_hand(guitar, sample_rate, d, i):
+    """What the player must know of attacks, planting, strums and variations, and where controllers begin."""
+    articulation = guitar.articulation
+    pulls = np.round(attack_times(guitar.pluck) * sample_rate)
+    d[at.D_FRAMES_OF_PULL : at.D_FRAMES_OF_PULL + 128] = np.clip(pulls, 1, i[at.I_LEAD])
+    d[at.D_FRAMES_OF_STRUM : at.D_FRAMES_OF_STRUM + 128] = np.round(strum_times() * sample_rate)
+    d[at.D_PLANT : at.D_PLANT + 128] = mute_curve(articulation.plant_resistance)
+    i[at.I_USUAL_FLESH] = round(127 * articulation.flesh)
+    i[at.I_USUAL_MUTE] = round(127 * articulation.muting)
+    i[at.I_USUAL_PLANTING] = round(127 * articulation.planting)
+    i[at.I_USUAL_VARIATION] = round(127 * articulation.variation)
+    i[at.I_USUAL_STRUM] = round(articulation.strum_time * sample_rate)
+    i[at.I_USUAL_DIRECTION] = {"down": 0, "up": MIDDLE, "alternate": ALTERNATE}[articulation.strum_direction]
+    i[at.I_SEED] = articulation.seed
+    i[at.I_STROKE_JOIN] = _frames(JOIN_TIME, sample_rate)
+    i[at.I_STROKE_HOLD] = _frames(HOLD_TIME, sample_rate)
 
 
 def _frames(seconds, sample_rate):

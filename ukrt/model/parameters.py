@@ -125,13 +125,15 @@ class Damper(f.Checked):
 
 @dataclass(frozen=True)
 class Pluck(f.Checked):
-    """The plucking finger: a force that rises linearly and then vanishes."""
+    """The plucking finger: a force that rises and then vanishes."""
 
     place: float = f.number("L", 0.01, 0.99, "plucking place as a fraction of L from the nut")
     angle: float = f.number("rad", -math.pi, math.pi, "direction: 0 normal to the soundboard (Y), pi/2 parallel (Z)")
     duration: float = f.number("s", 1e-4, 0.1, "time of the ramp; also the constant delay of live playing")
     force_soft: float = f.number("N", 1e-3, 1.0, "peak force at MIDI velocity 20")
     force_strong: float = f.number("N", 1e-3, 100.0, "peak force at MIDI velocity 127")
+    attack: float = f.number("", 0.01, 1.0, "share of duration for which it pulls, unless CC 22 changes it", 1.0)
+    shape: str = f.choice(("linear", "smooth"), "how the force rises: evenly, or along half a cosine", "linear")
 
     def cross_check(self):
         if self.force_strong < self.force_soft:
@@ -193,7 +195,7 @@ class Keyboard(f.Checked):
 
 @dataclass(frozen=True)
 class Articulation(f.Checked):
-    """Slurs, slides, vibrato, harmonics, muting; speeds and forces hold at velocity 127 and go with the pluck's force.
+    """Slurs, slides, vibrato, touches, strums; speeds and forces hold at velocity 127 and go with the pluck's force.
 
     The defaults are estimates: hammer-ons come out 9 to 17 dB below a pluck of the same velocity, pull-offs 6 to 11.
     """
@@ -210,6 +212,15 @@ class Articulation(f.Checked):
     touch_time: float = f.number("s", 0.001, 1.0, "time for which it stays after the release", 0.06)
     flesh_time: float = f.number("s", 1e-4, 0.05, "time in which a soft fingertip lets a string slip (CC 18)", 0.003)
     mute_resistance: float = f.number("sqrt(T0 rho S)", 0.01, 100.0, "of the hand that mutes near the bridge", 4.0)
+    plant_resistance: float = f.number("sqrt(T0 rho S)", 0.01, 100.0, "of a finger firmly planted on the string", 2.0)
+    # What controllers begin with, as shares of their range
+    flesh: float = f.number("", 0.0, 1.0, "how softly plucks let go, unless CC 18 changes it", 0.0)
+    muting: float = f.number("", 0.0, 1.0, "how much the hand mutes, unless CC 19 changes it", 0.0)
+    planting: float = f.number("", 0.0, 1.0, "how firmly fingers are planted, unless CC 26 changes it", 0.0)
+    variation: float = f.number("", 0.0, 1.0, "how much plucks differ, unless CC 25 changes it", 0.0)
+    seed: int = f.integer(0, 2**31 - 1, "what the chance in these variations begins with", 1)
+    strum_time: float = f.number("s", 0.0, 0.4, "of a sweep over all strings, unless CC 23 changes it; 0: none", 0.0)
+    strum_direction: str = f.choice(("down", "up", "alternate"), "down begins on the bass side; CC 24", "down")
 
 
 @dataclass(frozen=True)
@@ -249,7 +260,7 @@ class Guitar(f.Checked):
     pluck: Pluck = f.part(Pluck, "the plucking finger")
     radiation: Radiation = f.part(Radiation, "from bridge force to sound")
     playing: Playing = f.part(Playing, "player and fingerboard")
-    articulation: Articulation = f.part(Articulation, "slurs, slides, vibrato, harmonics, muting", Articulation())
+    articulation: Articulation = f.part(Articulation, "slurs, slides, vibrato, touches, strums", Articulation())
     tuning: Tuning = f.part(Tuning, "intonation", Tuning())
     basis: Basis = f.part(Basis, "modal basis", Basis())
 

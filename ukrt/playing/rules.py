@@ -15,6 +15,10 @@ LEVEL_TIME = 0.01  # s, at least, in which the volume comes to a new value: step
 VIBRATO_SLOT_TIME = 0.01  # s, about, between two points of a vibrato's curve: 20 in a period of 5 Hz
 SHORTEST_GLIDE, LONGEST_GLIDE = 0.03, 2.0  # s, of CC 5 (choices)
 LIGHTEST_MUTE = 0.05  # of the preset's, at value 1 of CC 19 (choice)
+SHORTEST_ATTACK = 5e-4  # s, of CC 22: a plectrum's snap (estimate)
+SHORTEST_STRUM, LONGEST_STRUM = 0.005, 0.4  # s, of CC 23 (choices)
+JOIN_TIME = 0.05  # s for which notes join a stroke: what a chord on a keyboard is spread by (estimate)
+HOLD_TIME = 0.1  # s that a strummed string sounds at least, where its key was down that long (choice)
 SOFT_VELOCITY, STRONG_VELOCITY = 20, 127
 
 
@@ -47,7 +51,8 @@ def glide_times():
 
 
 def mute_curve(most):
-    """Resistance of the hand's edge for each value of CC 19: even steps in dB up to ``most``, none at 0.
+    """Resistance of the hand's edge for each value of CC 19, of a planted finger of CC 26: even steps in dB up to
+    ``most``, none at 0.
 
     Parameters
     ----------
@@ -61,6 +66,37 @@ def mute_curve(most):
     curve = most * LIGHTEST_MUTE ** (1.0 - np.arange(128) / 127.0)
     curve[0] = 0.0
     return curve
+
+
+def attack_times(pluck):
+    """Time for which a finger pulls for each value of CC 22: even steps of ratio either way from the preset's at 64.
+
+    Parameters
+    ----------
+    pluck : Pluck
+
+    Returns
+    -------
+    ndarray (128,) [s]
+        From SHORTEST_ATTACK, or the preset's if that is shorter, to all of the pluck's duration.
+    """
+    usual, value = pluck.attack * pluck.duration, np.arange(128)
+    shortest = min(SHORTEST_ATTACK, usual)
+    shorter = usual * (shortest / usual) ** ((64 - value) / 64.0)
+    longer = usual * (pluck.duration / usual) ** ((value - 64) / 63.0)
+    return np.where(value < 64, shorter, np.where(value > 64, longer, usual))
+
+
+def strum_times():
+    """Time of a sweep over all strings for each value of CC 23: even steps of ratio, none at 0.
+
+    Returns
+    -------
+    ndarray (128,) [s]
+    """
+    times = SHORTEST_STRUM * (LONGEST_STRUM / SHORTEST_STRUM) ** ((np.arange(128) - 1) / 126.0)
+    times[0] = 0.0
+    return times
 
 
 def fold_table(open_keys, frets, repeat=12, plays=None):

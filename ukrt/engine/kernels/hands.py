@@ -182,9 +182,14 @@ def _bear(d, i, s, level, frames):
 
 @kernel
 def _damp(d, i, s, level, frames):
-    """The damping finger moves towards ``level`` of its resistance; if it was not there it comes, a touch then goes."""
+    """The damping finger moves towards ``level`` of its resistance; if it was not there it comes, a touch then goes.
+
+    A touch that has come in its stead stays when the damping finger is asked to leave: it has left already.
+    """
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
-    if level > 0.0 and d[own + at.S_TOUCH_PLACE] > 0.0 and i[at.H_DAMPER] > 0:
+    if d[own + at.S_TOUCH_PLACE] > 0.0 and i[at.H_DAMPER] > 0:
+        if level <= 0.0:
+            return
         remove_damper(d, i, s)
     if i[own_i + at.SI_DAMPER] == 0:
         if level <= 0.0 or i[at.H_DAMPER] == 0:
@@ -236,7 +241,7 @@ def _pluck(d, i, s, place, force, angle, frames):
     d[own + at.S_PLUCK_FY], d[own + at.S_PLUCK_FZ] = force * math.cos(angle), force * math.sin(angle)
     i[own_i + at.SI_PLUCK], i[own_i + at.SI_PLUCK_AT] = 1, 0
     i[own_i + at.SI_PLUCK_LENGTH] = max(frames, SHORTEST_PLUCK)
-    i[own_i + at.SI_PLUCK_RELEASE] = i[own_i + at.SI_RELEASE]
+    i[own_i + at.SI_PLUCK_RELEASE], i[own_i + at.SI_PLUCK_SMOOTH] = i[own_i + at.SI_RELEASE], i[at.H_SMOOTH]
     i[own_i + at.SI_CHANGED] |= PORTS_CHANGED
 
 

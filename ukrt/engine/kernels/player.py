@@ -47,6 +47,8 @@ def player_reset(d, i):
         i[at.S_UNDAMP + s] = -1
         i[at.S_PRESS + s] = -1
         i[at.S_TOUCHED + s] = -1
+        i[at.S_PLUCK + s] = -1
+        i[at.S_PLANTED + s] = -1
         d[at.D_TENSION + s] = 1.0
     for channel in range(at.CHANNELS):
         clear_channel(d, i, channel)

@@ -23,6 +23,8 @@ def _string_cost(i, s, youth):
         return at.COST_STEAL_HELD + youth * at.COST_YOUTH
     if state == at.PEDALLED:
         return at.COST_STEAL_PEDALLED + youth * at.COST_YOUTH
+    if i[at.S_PLUCK + s] > i[at.I_NOW]:  # its key is up, but the hand has yet to come to it
+        return at.COST_STEAL_PEDALLED + youth * at.COST_YOUTH
     return at.COST_BUSY if state == at.DAMPING else 0
 
 

@@ -6,8 +6,10 @@ withdrawn and the state before the chord is brought back (``recall_chord``), the
 decided again (``play_chord``). So notes of one frame may come in any order.
 """
 
+from ukrt.engine import layout
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_attack import attack_note
 from ukrt.engine.kernels.player_bend import let_go
 from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
 from ukrt.engine.kernels.player_hand import hand_follow, place_hand
@@ -18,6 +20,7 @@ from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note
 from ukrt.engine.kernels.player_strings import (
     bend_string,
     damp_string,
+    drop_pluck,
     note_ratio,
     rest_ratio,
     restore_ending,
@@ -26,15 +29,17 @@ from ukrt.engine.kernels.player_strings import (
     string_ratio,
     withdraw_note,
 )
+from ukrt.engine.kernels.player_strum import end_of_stroke, plan_strum
 from ukrt.engine.kernels.player_touch import touch_string
 from ukrt.engine.kernels.player_tuning import tune_string
+from ukrt.engine.kernels.player_variation import choose_fingers
 from ukrt.engine.kernels.timeline import timeline_cancel
 
 
 @kernel
 def chord_open(d, i, frame):
     """Whether a chord has begun at ``frame`` and can be decided anew; its first note is withdrawn to find out."""
-    if i[at.G_COUNT] == 0 or i[at.G_FRAME] != frame:
+    if i[at.G_COUNT] == 0 or i[at.G_FRAME] != frame or i[at.G_DONE] != i[layout.H_GESTURES_DONE]:
         return False
     for note in range(i[at.G_COUNT]):
         if i[at.G_STRING + note] >= 0:
@@ -76,6 +81,8 @@ def recall_chord(d, i, frame):
         i[at.X_QUEUE + s] = touched
     for k in range(at.I_SAVED_SIZE):
         i[at.I_TAKEN_BACK + k] = i[at.I_SAVED + k]
+    for k in range(3 * at.ROW):
+        d[at.D_PLUCKED_PLACE + k] = d[at.D_SAVED + k]
     for s in range(i[at.I_STRINGS]):
         if i[at.X_QUEUE + s] > 0:
             _recall_string(d, i, s, frame)
@@ -153,7 +160,14 @@ def end_note(d, i, s, frame):
         let_go(i, s)
         return
     log_end(i, i[at.S_SEQ + s], frame, at.PLAYED)
-    damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+    damp_string(d, i, s, frame, end_of_stroke(i, s, frame) + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+
+
+@kernel
+def _overtake(d, i, s, frame):
+    """String ``s`` is needed: if the hand has yet to come to it for its former note, it does not any more."""
+    if drop_pluck(d, i, s, frame):
+        count(i, at.PLUCKS_OVERTAKEN)
 
 
 @kernel
@@ -164,11 +178,13 @@ def _sound(d, i, note, frame):
     fret, way = pitch - i[at.I_OPEN + s], way_of(i, note, s)
     i[at.G_WAY + note] = way
     _end_former(i, s, frame, way)
+    _overtake(d, i, s, frame)
     tune_string(i, s, channel, i[at.G_KEY + note], i[at.G_MOVED + note])
     force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
     if way not in (at.HAMMERED, at.PULLED, at.SLID):
-        touch_string(d, i, s, frame, fret, channel, i[at.G_PARTIAL + note])
-        start_note(d, i, s, frame, fret, force, seq, channel)
+        touch_string(d, i, s, frame, max(0, i[at.X_LATE + note]), fret, channel, i[at.G_PARTIAL + note])
+        start_note(d, i, s, frame, fret, channel)
+        attack_note(d, i, s, frame, fret, force, note)
     else:
         slur_note(d, i, s, frame, fret, force, channel, way)
         if i[at.S_TUNED + s] != tuned:
@@ -202,6 +218,9 @@ def play_chord(d, i, frame):
         return
     for k in range(at.I_SAVED_SIZE):
         i[at.I_SAVED + k] = i[at.I_TAKEN_BACK + k]
+    for k in range(3 * at.ROW):
+        d[at.D_SAVED + k] = d[at.D_PLUCKED_PLACE + k]
+    i[at.G_DONE] = i[layout.H_GESTURES_DONE]
     _find_repeats(i)
     find_slurs(i)
     find_monos(i)
@@ -217,7 +236,10 @@ def play_chord(d, i, frame):
     for s in range(i[at.I_STRINGS]):
         if gives_way(i, s):
             _end_former(i, s, frame, at.PLUCKED)
+            _overtake(d, i, s, frame)
             damp_string(d, i, s, frame, frame + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+    plan_strum(d, i, frame)
+    choose_fingers(i)
     for note in range(i[at.G_COUNT]):
         if i[at.G_STRING + note] < 0:
             _drop(i, note, frame)

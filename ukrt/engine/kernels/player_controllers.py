@@ -13,8 +13,9 @@ from ukrt.engine.kernels.player_expression import clear_expression, reset_expres
 from ukrt.engine.kernels.player_level import set_volume
 from ukrt.engine.kernels.player_log import count, log_end
 from ukrt.engine.kernels.player_pedals import is_held_by_pedal, set_sostenuto
+from ukrt.engine.kernels.player_right_hand import clear_right_hand, reset_right_hand, set_right_hand
 from ukrt.engine.kernels.player_rpn import clear_parameters, enter_parameter
-from ukrt.engine.kernels.player_strings import damp_string
+from ukrt.engine.kernels.player_strings import damp_string, drop_pluck
 from ukrt.engine.kernels.player_zones import bend_range
 
 
@@ -101,6 +102,7 @@ def sound_off(d, i, frame, channel):
             continue
         if state == at.HELD or state == at.PEDALLED:
             log_end(i, i[at.S_SEQ + s], frame, at.SILENCED)
+        drop_pluck(d, i, s, frame + 1)  # a finger that pulls already goes on
         damp_string(d, i, s, frame, frame, i[at.I_QUICK_RAMP])
 
 
@@ -114,6 +116,7 @@ def control_change(d, i, frame, channel, controller, value):
         i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
         reset_expression(i, channel)
         set_volume(d, i, at.I_EXPRESSION, at.FULL_EXPRESSION)
+        reset_right_hand(i, channel)
     elif controller == cc.BANK_MSB or controller == cc.BANK_LSB:
         count(i, at.PROGRAMS)
     elif controller == cc.STRING or controller == cc.POSITION:
@@ -129,7 +132,8 @@ def control_change(d, i, frame, channel, controller, value):
     elif controller == cc.VOLUME or controller == cc.EXPRESSION:
         set_volume(d, i, at.I_VOLUME if controller == cc.VOLUME else at.I_EXPRESSION, value)
     elif controller not in (cc.PEDAL, cc.SOSTENUTO) and not set_expression(i, channel, controller, value):
-        count(i, at.CONTROLLERS_IGNORED)
+        if not set_right_hand(i, channel, controller, value):
+            count(i, at.CONTROLLERS_IGNORED)
 
 
 @kernel
@@ -143,5 +147,6 @@ def clear_channel(d, i, channel):
     i[at.C_STRING + channel], i[at.C_POSITION + channel] = 0, 0
     clear_expression(i, channel)
     i[at.C_MONO + channel] = 0
+    clear_right_hand(i, channel)
     d[at.D_BEND + channel] = 0.0
     _forget_owed(i, channel)

@@ -24,12 +24,8 @@ def set_expression(i, channel, controller, value):
         i[at.C_GLIDES + channel] = 1 if value >= cc.DOWN else 0
     elif controller == cc.LEGATO:
         i[at.C_LEGATO + channel] = 1 if value >= cc.DOWN else -1
-    elif controller == cc.FLESH:
-        i[at.C_FLESH + channel] = value
     elif controller == cc.HARMONIC:
         i[at.C_HARMONIC + channel] = 1 if value >= cc.DOWN else 0
-    elif controller == cc.MUTE:
-        i[at.C_MUTE + channel] = value
     elif controller == cc.PLACE:
         i[at.C_PLACE + channel] = value
     elif controller == cc.SOFT:
@@ -49,9 +45,9 @@ def set_key_pressure(i, channel, key, value):
 
 @kernel
 def reset_expression(i, channel):
-    """CC121: no vibrato, slurs, slides, harmonics, muting; the sound stays as it is set (MIDI practice RP-015)."""
+    """CC121: no vibrato, slurs, slides, harmonics; the sound stays as it is set (MIDI practice RP-015)."""
     i[at.C_WHEEL + channel] = i[at.C_PRESSURE + channel] = i[at.C_SOFT + channel] = 0
-    i[at.C_LEGATO + channel] = i[at.C_GLIDES + channel] = i[at.C_HARMONIC + channel] = i[at.C_MUTE + channel] = 0
+    i[at.C_LEGATO + channel] = i[at.C_GLIDES + channel] = i[at.C_HARMONIC + channel] = 0
     for s in range(i[at.I_STRINGS]):
         if i[at.S_CHANNEL + s] == channel:
             i[at.S_PRESSURE + s] = 0
@@ -61,7 +57,7 @@ def reset_expression(i, channel):
 def clear_expression(i, channel):
     """As at power-up."""
     reset_expression(i, channel)
-    i[at.C_GLIDE_TIME + channel], i[at.C_FLESH + channel] = -1, 0
+    i[at.C_GLIDE_TIME + channel] = -1
     i[at.C_PLACE + channel] = i[at.C_ANGLE + channel] = cc.MIDDLE
 
 
@@ -94,12 +90,6 @@ def pluck_angle(d, i, channel):
 def pluck_force(d, i, channel, velocity):
     """Force of a pluck [N], less with the soft pedal."""
     return d[at.D_FORCE + velocity] * (at.SOFT_FORCE if i[at.C_SOFT + channel] == 1 else 1.0)
-
-
-@kernel
-def flesh(i, channel):
-    """How softly plucks let go, 0 to 127; more so with the soft pedal."""
-    return min(127, i[at.C_FLESH + channel] + at.SOFT_FLESH * i[at.C_SOFT + channel])
 
 
 @kernel

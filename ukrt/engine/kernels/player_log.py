@@ -29,6 +29,7 @@ def log_note(d, i, frame, channel, key, force):
     i[at.L_FRET + row] = -1
     i[at.L_FATE + row] = at.PLAYED
     i[at.L_WAY + row] = at.PLUCKED
+    i[at.L_LATE + row], i[at.L_FINGER + row] = 0, at.NO_FINGER
     d[at.D_LOG_FORCE + row] = force
     return seq
 
@@ -46,6 +47,14 @@ def log_place(i, seq, s, fret, way):
         i[at.L_STRING + seq % at.LOG_CAPACITY] = s
         i[at.L_FRET + seq % at.LOG_CAPACITY] = fret
         i[at.L_WAY + seq % at.LOG_CAPACITY] = way
+
+
+@kernel
+def log_pluck(i, seq, late, finger):
+    """Say how many frames a strum lets a note wait, and which finger plucks it."""
+    if log_kept(i, seq):
+        i[at.L_LATE + seq % at.LOG_CAPACITY] = late
+        i[at.L_FINGER + seq % at.LOG_CAPACITY] = finger
 
 
 @kernel

@@ -9,6 +9,7 @@ from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_expression import glide_frames
 from ukrt.engine.kernels.player_mono import is_legato, is_mono
+from ukrt.engine.kernels.player_right_hand import muting
 from ukrt.engine.kernels.player_strings import ask_fully, free_string, mark_begun, press_string
 
 
@@ -40,6 +41,7 @@ def _string_to_slur(i, note):
     pitch = i[at.G_PITCH + note]
     for s in range(i[at.I_STRINGS]):
         held = i[at.S_STATE + s] == at.HELD and i[at.S_CHANNEL + s] == channel and i[at.X_FREED + s] == at.KEPT
+        held = held and i[at.S_PLUCK + s] <= i[at.I_NOW]  # a string that waits for the hand has nothing to slur from
         if held and _way(i, s, channel, pitch) != at.PLUCKED:
             if found < 0 or i[at.S_ORDER + s] > i[at.S_ORDER + found]:
                 found = s
@@ -73,7 +75,7 @@ def way_of(i, note, s):
     if i[at.G_PARTIAL + note] > 0:
         return at.HARMONIC
     if i[at.G_REPEAT + note] != s or i[at.X_FREED + s] != at.SLURRING:
-        return at.MUTED if i[at.C_MUTE + i[at.G_CHANNEL + note]] > 0 else at.PLUCKED
+        return at.MUTED if muting(i, i[at.G_CHANNEL + note]) > 0 else at.PLUCKED
     return _way(i, s, i[at.G_CHANNEL + note], i[at.G_PITCH + note])
 
 

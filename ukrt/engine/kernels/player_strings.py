@@ -7,7 +7,6 @@ it learns by cancelling it: a gesture that can no longer be cancelled has happen
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.player_expression import flesh, pluck_angle, pluck_place
 from ukrt.engine.kernels.player_log import count
 from ukrt.engine.kernels.player_zones import bend_cents, share_kept
 from ukrt.engine.kernels.timeline import timeline_add, timeline_cancel
@@ -137,8 +136,8 @@ def mark_begun(i, s):
 
 
 @kernel
-def start_note(d, i, s, frame, fret, force, seq, channel):
-    """Damper off, finger to its fret (or off), tension as the note's bend has it, and the pluck that begins now."""
+def start_note(d, i, s, frame, fret, channel):
+    """The left hand's part of a note: damper off, finger to its fret (or off), tension as the note's bend has it."""
     finger, landing = free_string(d, i, s, frame)
     if finger > 0 and finger != fret:
         ask(d, i, frame, do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
@@ -149,14 +148,26 @@ def start_note(d, i, s, frame, fret, force, seq, channel):
         i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
         press_string(d, i, s)
     set_tension(d, i, s, frame, note_ratio(d, i, s, channel), i[at.I_BEND_RAMP], 0.0)
-    release = flesh(i, channel) * i[at.I_FLESH] // 127
-    if i[at.S_RELEASE + s] != release:
-        i[at.S_RELEASE + s] = release
-        ask(d, i, frame, do.RELEASE, s, 0.0, release)
-    place, angle = pluck_place(d, i, s, fret, channel), pluck_angle(d, i, channel)
-    ask_fully(d, i, frame, do.PLUCK, s, place, force, angle, float(i[at.I_LEAD]), float(seq))
     d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
     mark_begun(i, s)
+
+
+@kernel
+def ask_pluck(d, i, s):
+    """Ask for the pluck that the string's S_PLUCK, S_PULL and D_PLUCKED_* describe."""
+    place, force, angle = d[at.D_PLUCKED_PLACE + s], d[at.D_PLUCKED_FORCE + s], d[at.D_PLUCKED_ANGLE + s]
+    seq = float(i[at.S_SEQ + s])
+    ask_fully(d, i, i[at.S_PLUCK + s], do.PLUCK, s, place, force, angle, float(i[at.S_PULL + s]), seq)
+
+
+@kernel
+def drop_pluck(d, i, s, frame):
+    """The hand does not come to the string any more if it has not begun to pluck it; returns whether it had yet to."""
+    i[at.S_LATE + s] = 0
+    if timeline_cancel(d, i, s, do.PLUCK, frame) == 0:
+        return False
+    i[at.S_PLUCK + s] = -1
+    return True
 
 
 @kernel
@@ -168,7 +179,11 @@ def withdraw_note(d, i, s, frame):
 
 @kernel
 def restore_ending(d, i, s, frame):
-    """Put the string's remembered landing and damping back on the timeline, what lies at ``frame`` or later."""
+    """Put the string's remembered landing, pluck and damping back on the timeline, what lies at ``frame`` or later."""
+    if i[at.S_PLUCK + s] >= frame:
+        ask_pluck(d, i, s)
+    if i[at.S_PLANTED + s] >= frame:
+        ask(d, i, i[at.S_PLANTED + s], do.TOUCH, s, 0.0, i[at.I_QUICK_RAMP])
     if i[at.S_DAMP + s] >= frame:
         ask(d, i, i[at.S_DAMP + s], do.DAMP, s, 1.0, i[at.I_DAMP_RAMP])
     if i[at.S_PRESS + s] >= frame and i[at.S_FINGER + s] > 0:
@@ -186,7 +201,8 @@ def damp_string(d, i, s, now, frame, ramp):
     """The damper comes down at ``frame`` (``now`` or later); when the string is at rest the finger lifts, then, where
     strings idle open, the damper."""
     on = _cancel_ending(d, i, s, now + 1) == 2
-    timeline_cancel(d, i, s, do.TOUCH, now + 1)
+    if i[at.S_TOUCHED + s] >= 0:  # a planted finger leaves when it plucks
+        timeline_cancel(d, i, s, do.TOUCH, now + 1)
     i[at.S_TOUCHED + s] = -1  # the damper comes in its place
     lifting = frame + i[at.I_SETTLE]
     if not on:

@@ -6,6 +6,7 @@ Enter a note and its channel's controllers; leave the pitch the string is to be 
 from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.player_right_hand import muting
 from ukrt.engine.kernels.player_strings import ask, ask_fully
 from ukrt.engine.kernels.timeline import timeline_cancel
 
@@ -38,19 +39,23 @@ def stopped_pitch(i, channel, key):
 
 
 @kernel
-def touch_string(d, i, s, frame, fret, channel, partial):
-    """What touches the string from ``frame`` on, a node for a harmonic or the hand's edge, or that nothing does."""
+def touch_string(d, i, s, frame, late, fret, channel, partial):
+    """What touches the string from ``frame`` on, a node for a harmonic or the hand's edge, or that nothing does.
+
+    A node is touched for as many frames longer as its pluck is ``late``.
+    """
     timeline_cancel(d, i, s, do.TOUCH, frame)
     stopped = d[at.D_PLACES + s * at.FRET_ROW + fret] / d[at.D_LENGTH + s]
-    touched, ramp = i[at.S_TOUCHED + s] >= 0, float(i[at.I_QUICK_RAMP])
-    i[at.S_TOUCHED + s] = -1
+    touched = i[at.S_TOUCHED + s] >= 0 or i[at.S_PLANTED + s] >= frame
+    muted, ramp = muting(i, channel), float(i[at.I_QUICK_RAMP])
+    i[at.S_TOUCHED + s] = i[at.S_PLANTED + s] = -1
     if partial > 0:
         node = stopped + (1.0 - stopped) / partial
         ask_fully(d, i, frame, do.TOUCH, s, node, ramp, d[at.D_TOUCH], 0.0, 0.0)
-        i[at.S_TOUCHED + s] = frame + i[at.I_LEAD] + i[at.I_TOUCH]
+        i[at.S_TOUCHED + s] = frame + late + i[at.I_LEAD] + i[at.I_TOUCH]
         ask(d, i, i[at.S_TOUCHED + s], do.TOUCH, s, 0.0, i[at.I_UNDAMP_RAMP])
-    elif i[at.C_MUTE + channel] > 0:
-        ask_fully(d, i, frame, do.TOUCH, s, at.MUTE_PLACE, ramp, d[at.D_MUTE + i[at.C_MUTE + channel]], 0.0, 0.0)
+    elif muted > 0:
+        ask_fully(d, i, frame, do.TOUCH, s, at.MUTE_PLACE, ramp, d[at.D_MUTE + muted], 0.0, 0.0)
         i[at.S_TOUCHED + s] = at.UNTIL_DAMPED
     elif touched:
         ask(d, i, frame, do.TOUCH, s, 0.0, i[at.I_QUICK_RAMP])

@@ -26,6 +26,7 @@ from ukrt.engine.kernels.slide import follow_slide
 
 # Chosen: finer steps cost more and change nothing that the tests of energy and of clicks can see.
 DAMP_EVERY = 8  # samples between two steps of a damper's ramp
+TOUCH_EVERY = 2  # of a touch's, which comes in a quarter of the time to a string that is to sound on
 BEND_EVERY = 32  # samples between two steps of the tension
 LIFT_EVERY = 4  # samples between two steps of a finger's grip
 LEAST_GRIP = 1e-4  # of its mass, damping and stiffness that a finger still has when it lets go
@@ -95,7 +96,8 @@ def _follow_damper(d, i, s):
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     i[own_i + at.SI_DAMP_AT] += 1
     now, length = i[own_i + at.SI_DAMP_AT], i[own_i + at.SI_DAMP_LENGTH]
-    if now < length and now % DAMP_EVERY != 0:
+    every = TOUCH_EVERY if d[own + at.S_TOUCH_PLACE] > 0.0 else DAMP_EVERY
+    if now < length and now % every != 0:
         return
     start, end = d[own + at.S_DAMP_FROM], d[own + at.S_DAMP_TO]
     if now >= length:
@@ -140,14 +142,17 @@ def _settle_changes(d, i, s):
 
 
 @kernel
-def pluck_force(now, length, release):
+def pluck_force(now, length, release, smooth):
     """Share of the peak force that sample ``now`` of a ramp over ``length`` samples feels.
 
     The ramp that is cut to nothing at its end, averaged with a hat of two samples' width: exact for every free mode. Or
-    it falls along half a cosine over ``release`` samples, as flesh lets a string slip.
+    it falls along half a cosine over ``release`` samples, as flesh lets a string slip. A ``smooth`` one rises along
+    half a cosine too: its slope is nothing at both ends, so the hat changes it by less than 1 / length^2.
     """
     if release > 0 and now >= length:
         return 0.5 + 0.5 * math.cos(math.pi * (now - length) / (release + 1))
+    if smooth == 1:
+        return 0.5 - 0.5 * math.cos(math.pi * now / length) if now < length else 0.5
     if now == 0:
         return 1.0 / (6.0 * length)
     if now < length:
@@ -178,7 +183,7 @@ def begin_sample(d, i):
         if i[own_i + at.SI_LIFT_LENGTH] > 0 and pulls(d, s):
             _follow_pull(d, i, s)
         if i[own_i + at.SI_PLUCK] == 1:
-            share = pluck_force(i[own_i + at.SI_PLUCK_AT], length, release)
+            share = pluck_force(i[own_i + at.SI_PLUCK_AT], length, release, i[own_i + at.SI_PLUCK_SMOOTH])
             _add_pluck(d, i, s, share * d[own + at.S_PLUCK_FY], share * d[own + at.S_PLUCK_FZ])
             i[own_i + at.SI_PLUCK_AT] += 1
 

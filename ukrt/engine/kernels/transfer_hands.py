@@ -75,6 +75,7 @@ def _carry_pluck(d0, i0, d1, i1, s, pace, longer, spread):
     length, now, release = i0[own_i + at.SI_PLUCK_LENGTH], i0[own_i + at.SI_PLUCK_AT], i0[own_i + at.SI_PLUCK_RELEASE]
     i1[own_i + at.SI_PLUCK], i1[own_i + at.SI_PLUCK_LENGTH] = 1, max(SHORTEST_PLUCK, scaled_frames(length, pace))
     i1[own_i + at.SI_PLUCK_RELEASE] = scaled_frames(release, pace)
+    i1[own_i + at.SI_PLUCK_SMOOTH] = i0[own_i + at.SI_PLUCK_SMOOTH]
     last = i1[own_i + at.SI_PLUCK_LENGTH] + i1[own_i + at.SI_PLUCK_RELEASE]
     over = 1 if now > length + release else 0  # its last sample has been: the next one lets go
     i1[own_i + at.SI_PLUCK_AT] = min(scaled_frames(now, pace), last) + over

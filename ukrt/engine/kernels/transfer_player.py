@@ -25,6 +25,7 @@ def transfer_player(d0, i0, d1, i1, now, pace):
     strings0, strings1 = i0[layout.H_STRINGS], i1[layout.H_STRINGS]
     for k in range(at.I_STATE, at.I_GROUP):
         i1[k] = i0[k]
+    i1[at.I_STROKE] = now + scaled_frames(i0[at.I_STROKE] - now, pace)
     for k in range(at.D_STATE, at.D_LOG_FORCE):
         d1[k] = d0[k]
     close_chord(i1)
@@ -34,9 +35,11 @@ def transfer_player(d0, i0, d1, i1, now, pace):
             i1[at.S_PITCH + s] += i1[at.I_OPEN + s] - i0[at.I_OPEN + s]
         if pace != 1.0:
             for row in (at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED, at.S_TENSION_FRAME):
-                if 0 <= i1[row + s] < at.UNTIL_DAMPED:
-                    i1[row + s] = max(0, now + scaled_frames(i1[row + s] - now, pace))
-            i1[at.S_LANDING + s] = scaled_frames(i1[at.S_LANDING + s], pace)
+                _carry_frame(i1, row + s, now, pace)
+            for row in (at.S_PLUCK, at.S_PLANTED):
+                _carry_frame(i1, row + s, now, pace)
+            for row in (at.S_LANDING, at.S_PULL, at.S_LATE):
+                i1[row + s] = scaled_frames(i1[row + s], pace)
     for s in range(strings1, strings0):
         _give_up_string(d1, i1, s, now)
     _carry_gestures(d0, i0, d1, i1, now, pace)
@@ -48,6 +51,13 @@ def transfer_player(d0, i0, d1, i1, now, pace):
     follow_master(d1, i1, now)  # strings that the old guitar lacked
     if pace != 1.0 and i1[at.I_LEVEL_LEFT] > 0:
         begin_ramp(d1, i1, max(1, scaled_frames(i1[at.I_LEVEL_LEFT], pace)))
+
+
+@kernel
+def _carry_frame(i, place, now, pace):
+    """A frame of the past or of the future, if there is one at ``place``, at the new sample rate."""
+    if 0 <= i[place] < at.UNTIL_DAMPED:
+        i[place] = max(0, now + scaled_frames(i[place] - now, pace))
 
 
 @kernel
@@ -75,8 +85,10 @@ def _give_up_string(d, i, s, now):
         i[row + s] = 0
     for row in (at.S_MOVED, at.S_TUNED, at.S_CAUGHT):
         i[row + s] = 0
+    i[at.S_PULL + s] = i[at.S_LATE + s] = 0
     for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED):
         i[row + s] = -1
+    i[at.S_PLUCK + s] = i[at.S_PLANTED + s] = -1
     d[at.D_TENSION + s] = 1.0
     d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
 
