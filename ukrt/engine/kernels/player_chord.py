@@ -31,7 +31,7 @@ from ukrt.engine.kernels.player_strings import (
 )
 from ukrt.engine.kernels.player_strum import end_of_stroke, plan_strum
 from ukrt.engine.kernels.player_touch import touch_string
-from ukrt.engine.kernels.player_tuning import tune_string
+from ukrt.engine.kernels.player_tuning import tune_note
 from ukrt.engine.kernels.player_variation import choose_fingers
 from ukrt.engine.kernels.timeline import timeline_cancel
 
@@ -179,7 +179,7 @@ def _sound(d, i, note, frame):
     i[at.G_WAY + note] = way
     _end_former(i, s, frame, way)
     _overtake(d, i, s, frame)
-    tune_string(i, s, channel, i[at.G_KEY + note], i[at.G_MOVED + note])
+    tune_note(i, s, channel, i[at.G_KEY + note], i[at.G_MOVED + note])
     force = d[at.D_LOG_FORCE + seq % at.LOG_CAPACITY]
     if way not in (at.HAMMERED, at.PULLED, at.SLID):
         touch_string(d, i, s, frame, max(0, i[at.X_LATE + note]), fret, channel, i[at.G_PARTIAL + note])

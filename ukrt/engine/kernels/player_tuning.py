@@ -67,7 +67,7 @@ def within_keys(i, key):
 
 
 @kernel
-def tune_string(i, s, channel, key, moved):
+def tune_note(i, s, channel, key, moved):
     """Let string ``s`` be tuned as a note of this key now is that is fingered ``moved`` keys away."""
     fingered = i[at.I_KEY_PITCH + key + moved] - i[at.I_KEY_PITCH + key]
     i[at.S_MOVED + s] = moved
@@ -81,7 +81,7 @@ def _retune(d, i, frame, channel, key):
         own, its_key = i[at.S_CHANNEL + s], i[at.S_KEY + s]
         sounds = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
         if sounds and (channel < 0 or own == channel) and (key < 0 or its_key == key):
-            tune_string(i, s, own, its_key, i[at.S_MOVED + s])
+            tune_note(i, s, own, its_key, i[at.S_MOVED + s])
             count(i, at.BENDS_LIMITED, 1 if abs(note_cents(d, i, s, own)) > at.MAX_BEND_CENTS else 0)
             bend_string(d, i, s, frame, string_ratio(d, i, s))
 
