@@ -79,6 +79,10 @@ class ExactEngine:
     def counters(self):
         return {"notes_dropped": 0, "notes_stolen": np.int64(0), "peak": 1.0, "load_histogram": np.zeros(9)}
 
+    @property
+    def notes_logged(self):
+        return len(self._log)
+
     def note_log(self):
         return [dict(row) for row in self._log[-self.LOG :]]
 

@@ -94,3 +94,11 @@ def test_what_was_not_played_is_listed_with_its_place():
 def test_too_many_bars_are_refused():
     with pytest.raises(MidiFileError, match="30000 bars"):
         make_sheet(make_score([], 1875, signatures=[(0, 1, 16), (0, 1, 64)]), "g", [], OPEN)
+
+
+def test_what_a_string_went_back_to_and_left_at_once_is_not_written():
+    """A key comes up and another goes down in one instant, over a third that is held: only the second is heard."""
+    score = make_score([], 4)
+    rows = [row(score, 1, 2, 5), row(score, 2, 2, 3), row(score, 2, 2, 7), row(score, 3, 2, 3)]
+    rows[1] |= {"end_s": rows[1]["time_s"], "fate": "slurred"}
+    assert [tone.fret for tone in make_sheet(score, "g", rows, OPEN).tones] == [5, 7, 3]

@@ -113,6 +113,20 @@ def _add_short_options(parser, options):
         )
 
 
+KEYSWITCHES = ("playing.keyswitches", "on")
+
+
+def add_keyswitch_option(parser):
+    """``--keyswitches``, which is short for ``--set playing.keyswitches=on``."""
+    parser.add_argument(
+        "--keyswitches",
+        dest="overrides",
+        action="append_const",
+        const=KEYSWITCHES,
+        help="keys below the guitar's range (from playing.keyswitch_key on, 21 or A0) say how notes are played",
+    )
+
+
 def add_guitar_options(parser):
     """``--preset`` and ``--set``."""
     parser.add_argument(
@@ -197,6 +211,7 @@ def load_guitar(args):
 def given_settings(overrides):
     """The options that ``overrides`` come from, as they are written (list of str)."""
     short = {key: option for option, (key, *_) in (TUNING_OPTIONS | MODE_OPTIONS).items()}
+    short[KEYSWITCHES[0]] = "--keyswitches"
     return list(dict.fromkeys(short.get(key, "--set") for key, _ in overrides))
 
 

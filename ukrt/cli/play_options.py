@@ -9,6 +9,7 @@ from .common import (
     UsageError,
     add_block_option,
     add_fingering_option,
+    add_keyswitch_option,
     add_mode_options,
     add_rate_option,
     add_set_option,
@@ -155,6 +156,7 @@ def _add_guitar(group):
     )
     add_tuning_options(group)
     add_mode_options(group)
+    add_keyswitch_option(group)
     add_set_option(group, "change one value of the preset")
 
 

@@ -10,6 +10,7 @@ from .common import (
     add_command,
     add_fingering_option,
     add_guitar_options,
+    add_keyswitch_option,
     add_mode_options,
     add_part_options,
     add_rate_option,
@@ -77,6 +78,7 @@ def add_parser(commands):
     add_guitar_options(parser)
     add_tuning_options(parser)
     add_mode_options(parser)
+    add_keyswitch_option(parser)
     parser.set_defaults(preset=_Unchosen("classical"))
     add_rate_option(parser, None, "default: 48000; a take's own")
     add_block_option(parser, 512, "default: %(default)s")

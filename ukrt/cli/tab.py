@@ -10,6 +10,7 @@ from .common import (
     add_command,
     add_fingering_option,
     add_guitar_options,
+    add_keyswitch_option,
     add_mode_options,
     add_part_options,
     add_tuning_options,
@@ -45,6 +46,7 @@ def add_parser(commands):
     add_guitar_options(parser)
     add_tuning_options(parser)
     add_mode_options(parser)
+    add_keyswitch_option(parser)
     add_part_options(parser, "show only what begins here")
     add_fingering_option(parser)
     parser.add_argument(

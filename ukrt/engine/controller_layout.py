@@ -9,6 +9,7 @@ VOLUME, EXPRESSION = 7, 11
 ANGLE, HARMONIC, FLESH, MUTE = 16, 17, 18, 19  # general purpose controllers
 STRING, POSITION = 20, 21  # undefined in MIDI 1.0, so free for an instrument
 ATTACK, STRUM, DIRECTION, VARIATION, PLANTING = 22, 23, 24, 25, 26
+LOOSE, FRETS = 27, 28  # undefined, too
 PEDAL, GLIDE, LEGATO, PLACE = 64, 65, 68, 74
 SOSTENUTO, SOFT = 66, 67
 INCREMENT, DECREMENT, NRPN_LSB, NRPN_MSB, RPN_LSB, RPN_MSB = 96, 97, 98, 99, 100, 101
@@ -63,7 +64,8 @@ CONTROLLERS = (
     (
         f"CC {LEGATO} legato ({DOWN} and above is on)",
         "a note that begins while another of the channel is held is slurred, where the hand reaches it on that string; "
-        "before that on for channels with one voice alone",
+        "when its key comes up first, the string goes back to that other note. Before that on for channels with one "
+        "voice alone",
     ),
     (
         f"CC {GLIDE} portamento ({DOWN} and above is on)",
@@ -116,8 +118,17 @@ CONTROLLERS = (
     ),
     (
         f"CC {MUTE}",
-        "the hand's edge on the string near the bridge, for notes to come: 0 not at all, 127 the most; "
-        "`articulation.muting` before that",
+        "the hand's edge on the string near the bridge, of notes that sound and of those to come: 0 not at all, 127 "
+        "the most; `articulation.muting` before that",
+    ),
+    (
+        f"CC {LOOSE} half lift",
+        "fingers of the left hand loosen, of notes that sound and of those to come: 0 they press, 1 to 127 they damp "
+        "what they stopped, up to as much as a finger can; open strings ring on",
+    ),
+    (
+        f"CC {FRETS} frets ({DOWN} and above is on)",
+        "slides go over the frets, each stopping the string in its turn, instead of gliding freely",
     ),
     (
         f"CC {STRING}",
@@ -145,7 +156,8 @@ CONTROLLERS = (
     (
         f"CC {RESET} reset controllers",
         "pedals up, bend to the middle, full expression, no RPN chosen, string and position free, no vibrato, slurs, "
-        "slides, harmonics; muting, planting, strums and variation as the preset has them; "
+        "slides, harmonics, half-lifted fingers, frets in slides; muting, planting, strums and variation as the preset "
+        "has them; "
         f"what RPNs have set, CC {GLIDE_TIME}, {VOLUME}, {ANGLE}, {FLESH}, {ATTACK} and {PLACE} stay",
     ),
     (

@@ -24,6 +24,8 @@ FUNCTIONS = {
     "expression": cc.EXPRESSION,
     "sostenuto": cc.SOSTENUTO,
     "soft": cc.SOFT,
+    "half-lift": cc.LOOSE,
+    "frets": cc.FRETS,
     "pedal": cc.PEDAL,
     "portamento": cc.GLIDE,
     "legato": cc.LEGATO,

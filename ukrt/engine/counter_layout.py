@@ -30,4 +30,7 @@ COUNTER_NAMES = (
     "notes_beyond_strings",
     "zones_set",
     "plucks_overtaken",
+    "notes_resumed",
+    "holds_forgotten",
+    "keyswitches",
 )

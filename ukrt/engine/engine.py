@@ -13,7 +13,7 @@ from ukrt.engine.host import Host
 from ukrt.engine.instance import Instance
 from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.queue import lane_push
-from ukrt.engine.note_log import read_note_log
+from ukrt.engine.note_log import count_logged, read_note_log
 from ukrt.engine.slots import Slots
 from ukrt.engine.stage import Stage
 from ukrt.errors import ParameterError
@@ -252,6 +252,11 @@ class Engine:
     def counters(self):
         """Everything that was counted since the start or the last reset: see `Stage.counters`."""
         return self._stage.counters(self._i)
+
+    @property
+    def notes_logged(self):
+        """How many notes there have been in the log, those that it holds no more included (int)."""
+        return count_logged(self._i)
 
     def note_log(self):
         """The notes so far, oldest first: see `ukrt.engine.note_log.read_note_log`."""

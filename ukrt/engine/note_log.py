@@ -23,6 +23,11 @@ def read_counters(i):
     return {name: int(i[at.I_COUNTERS + k]) for k, name in enumerate(at.COUNTER_NAMES)}
 
 
+def count_logged(i):
+    """How many notes have been logged since the start: note-ons, but those of keyswitches, and notes gone back to."""
+    return int(i[at.I_NEXT_SEQ])
+
+
 def read_note_log(d, i, sample_rate, since=0):
     """The notes the log still holds, in the order they came.
 
@@ -32,7 +37,7 @@ def read_note_log(d, i, sample_rate, since=0):
         The instance's flat arrays.
     sample_rate : float [Hz]
     since : int
-        Number of the first note wanted; every note-on counts, from 0.
+        Number of the first note wanted, as `count_logged` counts, from 0.
 
     Returns
     -------

@@ -22,6 +22,8 @@ PLACE_BRIDGE, PLACE_NECK = 0.97, 0.70  # share of L: sul ponticello, sul tasto a
 LEAST_SHARE = 0.25  # of what sounds, that a pluck keeps from the finger (estimate)
 MUTE_PLACE = 0.95  # share of L where the hand's edge lies: 3 cm from the bridge (estimate)
 PLANT_BESIDE = 0.005  # share of L by which a planted fingertip's middle lies before the point it plucks at (estimate)
+LOOSE_OFFSET = -0.002  # m from the fret to where a half-lifted fingertip still touches (estimate)
+MOST_SWITCHES, SWITCH_ROW, HOLDS = 16, 16, 4  # HOLDS: keys that a string remembers as held below the one that sounds
 UNTIL_DAMPED = 1 << 60  # frame at which a touch leaves that stays for the whole note
 FINGERS = 4  # of the left hand that stop strings
 MOST_STRING_NUMBER = 12  # largest string that CC20 can name, whatever guitar is played
@@ -90,9 +92,11 @@ I_USUAL_DIRECTION = PLAYER_I + 29
 I_SEED = PLAYER_I + 30  # of the variations
 I_STROKE_JOIN = PLAYER_I + 31  # frames in which notes join a stroke that has begun, and the hand does not turn
 I_STROKE_HOLD = PLAYER_I + 32  # frames that a strummed string sounds at least
+I_EASE_RAMP, I_SWITCH_KEY, I_SWITCH_COUNT = (PLAYER_I + k for k in (33, 34, 35))  # the key is 128 for no switches
 I_OPEN = PLAYER_I + 40  # key (MIDI note) of each open string
 I_FOLD = I_OPEN + ROW  # key that is played for each key, or -1
 I_KEY_PITCH = I_FOLD + 128  # of each key, in TUNING_UNITs above MIDI note 0
+I_DAMP_OF = I_KEY_PITCH + 128  # frames in which the damper comes down, for each release velocity
 
 # Parameters (d) ----------------------------------------------------------------------------------------------------
 D_PLUCK_PLACE = PLAYER_D + 0
@@ -104,7 +108,8 @@ D_VIBRATO_CENTS = PLAYER_D + 5  # largest deviation either way
 D_VIBRATO_STEP = PLAYER_D + 6  # radians in I_VIBRATO_SLOT frames
 D_TOUCH = PLAYER_D + 7  # resistance of the finger at a node, over the wave impedance
 D_MUTE = PLAYER_D + 8  # of the hand's edge, for each value of the controller
-D_FRAMES_OF_SLIDE = D_MUTE + 128  # for each value of the controller
+D_LOOSE = D_MUTE + 128  # of a finger that is half lifted, likewise
+D_FRAMES_OF_SLIDE = D_LOOSE + 128  # for each value of the controller
 D_FRAMES_OF_PULL = D_FRAMES_OF_SLIDE + 128
 D_FRAMES_OF_STRUM = D_FRAMES_OF_PULL + 128
 D_PLANT = D_FRAMES_OF_STRUM + 128  # resistance of a planted finger
@@ -132,7 +137,8 @@ D_END = D_LOG_FORCE + LOG_CAPACITY
 globals().update({name.upper(): number for number, name in enumerate(COUNTER_NAMES)})  # NOTES_ON and so on
 
 # State (i); what a chord's re-assignment takes back is one block, of which I_SAVED holds a copy -----------------------
-I_STATE = I_KEY_PITCH + 128  # first number that player_reset clears
+I_SWITCHES = I_DAMP_OF + 128  # of each keyswitch: its group, how many controllers; of each its number, off, soft, hard
+I_STATE = I_SWITCHES + MOST_SWITCHES * SWITCH_ROW  # first number that player_reset clears
 I_COUNTERS = I_STATE
 I_TAKEN_BACK = I_COUNTERS + COUNTER_NAMES.index("notes_played")  # from here on a chord's re-assignment takes back
 I_HAND = I_COUNTERS + len(COUNTER_NAMES)  # fret under the index finger
@@ -168,11 +174,17 @@ S_PLUCK = I_STRING + 22 * ROW  # frame at which its last pluck begins to pull, -
 S_PULL = I_STRING + 23 * ROW  # frames for which it pulls
 S_LATE = I_STRING + 24 * ROW  # frames for which the hand, on its way over the strings, let its note wait
 S_PLANTED = I_STRING + 25 * ROW  # frame at which the planted finger leaves, -1
-I_SAVED_SIZE = S_PLANTED + ROW - I_TAKEN_BACK
+# Frames of its damper, of a step of a glissando (0: none); when a finger pulls off (-1), and its fret
+S_DAMPS, S_PULLED, S_PULLED_FROM, S_STEP = (I_STRING + k * ROW for k in (26, 27, 28, 29))
+S_MUTE, S_LOOSE, S_EASED = (I_STRING + k * ROW for k in (30, 31, 32))  # CC19, CC27 that its note follows; since when
+# How many held notes it was slurred from; when it went back to one (-1), from what note and finger
+S_HOLDS, S_RESUMED, S_FORMER, S_LEFT = (I_STRING + k * ROW for k in (33, 34, 35, 36))
+HOLD_KEY, HOLD_FRET, HOLD_SEQ, HOLD_MOVED, S_END = (I_STRING + (37 + k * HOLDS) * ROW for k in range(5))
+I_SAVED_SIZE = S_END - I_TAKEN_BACK
 IDLE, HELD, PEDALLED, DAMPING = range(4)  # values of S_STATE
 
 # State that stays (i) ----------------------------------------------------------------------------------------------
-I_SAVED = S_PLANTED + ROW
+I_SAVED = S_END
 I_STARTED = I_SAVED + I_SAVED_SIZE  # 0 until the idle strings have been seen to
 I_NOW = I_STARTED + 1  # latest frame seen
 I_NEXT_SEQ = I_STARTED + 2
@@ -207,7 +219,8 @@ C_STRUM = I_CHANNEL + 23 * CHANNELS
 C_DIRECTION = I_CHANNEL + 24 * CHANNELS
 C_VARIATION = I_CHANNEL + 25 * CHANNELS
 C_PLANTING = I_CHANNEL + 26 * CHANNELS
-I_OWED = I_CHANNEL + 27 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
+C_LOOSE, C_FRETS = I_CHANNEL + 27 * CHANNELS, I_CHANNEL + 28 * CHANNELS  # half lift; slides go over the frets
+I_OWED = I_CHANNEL + 29 * CHANNELS  # note-offs still to come for notes that sound no more, by channel and key
 RPN_NULL = 0x3FFF
 NRPN = 0x4000
 RPN_FINE, RPN_COARSE, RPN_DEPTH = 1, 2, 5

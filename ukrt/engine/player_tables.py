@@ -11,9 +11,11 @@ from ukrt.engine import player_layout as at
 from ukrt.engine.controller_layout import ALTERNATE, MIDDLE
 from ukrt.model.fingerboard import fingerboard, key_cents, key_pitches, repeat_keys
 from ukrt.model.parameters import MIDI_MODES
+from ukrt.playing.keyswitches import KEYSWITCHES, switches_of
 from ukrt.playing.rules import (
     BEND_RAMP_TIME,
     BEND_SLOT_TIME,
+    EASE_TIME,
     GAP_TIME,
     HOLD_TIME,
     JOIN_TIME,
@@ -23,9 +25,11 @@ from ukrt.playing.rules import (
     SETTLE_TIME,
     VIBRATO_SLOT_TIME,
     attack_times,
+    damp_times,
     fold_table,
     force_curve,
     glide_times,
+    loose_curve,
     mute_curve,
     strum_times,
 )
@@ -65,14 +69,17 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
     i[at.I_BEND_RAMP] = _frames(BEND_RAMP_TIME, sample_rate)
     i[at.I_LEVEL_RAMP] = max(_frames(LEVEL_TIME, sample_rate), lead)
     i[at.I_BEND_SLOT] = max(_frames(BEND_SLOT_TIME, sample_rate), -(-lead // 4))
+    i[at.I_EASE_RAMP] = _frames(EASE_TIME, sample_rate)
     _make_articulation(guitar.articulation, sample_rate, d, i)
     _make_right_hand(guitar, sample_rate, d, i)
+    _make_switches(guitar, i)
     keys, repeat = board.open_keys, repeat_keys(guitar.tuning)
     i[at.I_REPEAT] = repeat
     i[at.I_OPEN : at.I_OPEN + at.ROW] = 0
     i[at.I_OPEN : at.I_OPEN + len(keys)] = keys
     i[at.I_FOLD : at.I_FOLD + 128] = fold_table(keys, board.frets, repeat, key_cents(guitar.tuning)[1])
     i[at.I_KEY_PITCH : at.I_KEY_PITCH + 128] = np.rint(key_pitches(guitar.tuning) * at.TUNING_UNIT)
+    i[at.I_DAMP_OF : at.I_DAMP_OF + 128] = [_frames(t, sample_rate) for t in damp_times(guitar.damper.attack_time)]
     d[at.D_PLUCK_PLACE] = board.guitar.pluck.place
     d[at.D_PLUCK_ANGLE] = guitar.pluck.angle
     d[at.D_FORCE : at.D_FORCE + 128] = force_curve(guitar.pluck)
@@ -81,6 +88,15 @@ def make_player_tables(guitar, intonation, sample_rate, d, i):
         row = at.D_PLACES + s * at.FRET_ROW
         d[row : row + places.shape[1]] = places[s]
         d[at.D_LENGTH + s] = board.guitar.strings[s].length
+
+
+def _make_switches(guitar, i):
+    """Which keys say how notes are played, and by which controllers."""
+    i[at.I_SWITCH_KEY], i[at.I_SWITCH_COUNT] = min(switches_of(guitar), default=128), len(KEYSWITCHES)
+    for n, switch in enumerate(KEYSWITCHES):
+        numbers = [switch.group, len(switch.sets), *(number for one in switch.sets for number in one)]
+        row = at.I_SWITCHES + n * at.SWITCH_ROW
+        i[row : row + len(numbers)] = numbers
 
 
 def _make_articulation(articulation, sample_rate, d, i):
@@ -93,6 +109,7 @@ def _make_articulation(articulation, sample_rate, d, i):
     i[at.I_TOUCH] = _frames(articulation.touch_time, sample_rate)
     d[at.D_TOUCH] = articulation.touch_resistance
     d[at.D_MUTE : at.D_MUTE + 128] = mute_curve(articulation.mute_resistance)
+    d[at.D_LOOSE : at.D_LOOSE + 128] = loose_curve()
     d[at.D_HAMMER_SPEED] = articulation.hammer_speed
     d[at.D_PULL_FORCE] = articulation.pull_force
     d[at.D_PULL_ANGLE] = articulation.pull_angle

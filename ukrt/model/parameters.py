@@ -159,6 +159,8 @@ class Playing(f.Checked):
     capo: int = f.integer(0, 12, "fret at which a capo holds all strings, 0: none; frets are counted from there", 0)
     midi_mode: str = f.choice(MIDI_MODES, "what MIDI channels stand for: keys, strings, or notes", "keyboard")
     base_channel: int = f.integer(1, 16, "MIDI channel of the highest string in mode guitar, others follow", 1)
+    keyswitches: str = f.choice(("off", "on"), "keys outside the range that say how notes are played", "off")
+    keyswitch_key: int = f.integer(0, 127, "the first of them; all must lie outside the guitar's keys", 21)
 
     def cross_check(self):
         if self.capo > self.frets:

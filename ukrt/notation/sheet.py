@@ -121,7 +121,7 @@ def make_sheet(score, guitar_name, notes, open_keys, start_s=0.0, end_s=float("i
         There are too many bars.
     """
     notes = [note for note in notes if start_s <= note["time_s"] < end_s]
-    tones = [_tone(note, open_keys) for note in notes if note["string"] is not None]
+    tones = [_tone(note, open_keys) for note in notes if note["string"] is not None and not _is_passed(note)]
     first, last = _bars_between(score, start_s, end_s)
     if last - first >= MOST_BARS:
         raise MidiFileError(f"there are {last - first + 1} bars to write down, {MOST_BARS} at most are legal")
@@ -145,6 +145,11 @@ def make_sheet(score, guitar_name, notes, open_keys, start_s=0.0, end_s=float("i
         result.moved,
         result.moved_s,
     )
+
+
+def _is_passed(note):
+    """Whether a string went back to this note and on to another in the same instant."""
+    return note["fate"] == "slurred" and note["end_s"] == note["time_s"]
 
 
 def _tone(note, open_keys):

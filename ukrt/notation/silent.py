@@ -11,7 +11,7 @@ import numpy as np
 from ukrt.engine import layout
 from ukrt.engine.kernels.player import player_message, player_reset, player_tick
 from ukrt.engine.kernels.timeline import timeline_drop_first, timeline_next
-from ukrt.engine.note_log import read_counters, read_note_log
+from ukrt.engine.note_log import count_logged, read_counters, read_note_log
 from ukrt.engine.player_layout import I_LEAD, I_OPEN, LOG_CAPACITY
 from ukrt.engine.player_tables import make_player_tables
 from ukrt.model.fingerboard import fingerboard
@@ -32,7 +32,7 @@ def play_silently(guitar, score, sample_rate=48000.0):
     Returns
     -------
     notes : list of dict
-        One for each note-on, as `ukrt.engine.note_log.read_note_log` gives them.
+        One for each note-on, and for each note gone back to, as `ukrt.engine.note_log.read_note_log` gives them.
     open_keys : list of int
         MIDI note of each string without a finger (from the capo on), that on the bass side first.
     counters : dict of str to int
@@ -42,19 +42,17 @@ def play_silently(guitar, score, sample_rate=48000.0):
     make_player_tables(guitar, SimpleNamespace(places=fingerboard(guitar).ideal), sample_rate, d, i)
     player_tick(d, i, 0)
     frames = np.rint(score.time_s * sample_rate).astype(np.int64)
-    starts = (score.status & 0xF0 == 0x90) & (score.data2 > 0)
-    notes, sent, seen = [], 0, 0
-    columns = (frames, score.status, score.data1, score.data2, starts)
-    for frame, status, data1, data2, is_start in zip(*(column.tolist() for column in columns), strict=True):
+    notes, seen = [], 0
+    columns = (frames, score.status, score.data1, score.data2)
+    for frame, status, data1, data2 in zip(*(column.tolist() for column in columns), strict=True):
         while timeline_next(i, _FAR) < frame:
             timeline_drop_first(d, i)
         player_message(d, i, frame, status, data1, data2)
-        sent += is_start
-        if sent - seen == LOG_CAPACITY // 2:  # before the log's ring comes round; rows known already are renewed
-            rows, seen = read_note_log(d, i, sample_rate), sent
-            notes[sent - len(rows) :] = rows
+        if count_logged(i) - seen == LOG_CAPACITY // 2:  # before its ring comes round; rows known already are renewed
+            rows, seen = read_note_log(d, i, sample_rate), count_logged(i)
+            notes[seen - len(rows) :] = rows
     rows = read_note_log(d, i, sample_rate)
-    notes[sent - len(rows) :] = rows
+    notes[count_logged(i) - len(rows) :] = rows
     return _without_lead(notes, int(i[I_LEAD])), i[I_OPEN : I_OPEN + len(guitar.strings)].tolist(), read_counters(i)
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ukrt.playing import fingering_costs as cost
+from ukrt.playing.legato import Legato
 from ukrt.playing.matching import playable_notes, ways_to_place
 
 MOST_WAYS = 250  # more than the shared guitar pieces need; dense music with the pedal down has more
@@ -31,12 +32,19 @@ class Note:
         It sounds from its start to its end: the key's coming up, or the pedal's.
     pitch : int
         MIDI note that is played, within the instrument's range.
+    slurred_from : int
+        Number of the note that it is to go on from, on the same string; -1: it is plucked.
+    hammers, slides : bool
+        Whether it may by hammer-on or pull-off, and by a slide.
     """
 
     start_s: float
     key_up_s: float
     end_s: float
     pitch: int
+    slurred_from: int = -1
+    hammers: bool = False
+    slides: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,6 +115,7 @@ class _Search:
     def __init__(self, notes, neck):
         self.notes, self.neck = notes, neck
         self.given_up = 0
+        self._legato = Legato(notes, neck)
         self._silent = (-1,) * len(neck.open)
         self._states = {self._silent: np.zeros(len(neck.places))}
         self._history = []  # for each moment: occupation -> (former occupation by hand, former hand by hand)
@@ -132,9 +141,9 @@ class _Search:
         hands = np.argmin(ways, axis=1)  # where the hand comes from, for each group and each position it goes to
         arrived = np.take_along_axis(ways, hands[:, None, :], axis=1)[:, 0]
         after, origins = {}, {}
-        for group, ((carried, former), (_, from_state)) in enumerate(groups.items()):
+        for group, ((carried, former, slurs), (_, from_state)) in enumerate(groups.items()):
             origin = np.array([from_state[hands[group]], hands[group]])
-            for occupation, extra, held in self._occupations(time_s, numbers, carried, former):
+            for occupation, extra, held in self._occupations(time_s, numbers, carried, former, slurs):
                 total = arrived[group] + (held + extra)
                 known = after.get(occupation)
                 if known is None:
@@ -158,15 +167,17 @@ class _Search:
     def _groups(self, time_s, numbers):
         """States that differ in nothing the future asks for, as one: the cheapest points for each hand position.
 
-        The key is what goes on sounding, and the strings on which each new note's pitch sounded last.
+        The key is what goes on sounding, and the strings on which each new note's pitch sounded last, and from which
+        each that is slurred goes on.
         """
         notes, pitches = self.notes, [self.notes[number].pitch for number in numbers]
         self._order, groups = list(self._states), {}
         for state, (occupation, points) in enumerate(self._states.items()):
             late = time_s + cost.LEGATO_SECONDS
-            carried = tuple(n if n >= 0 and notes[n].end_s > late else -1 for n in occupation)
+            carried = tuple(n if n >= 0 and self._stays(n, time_s, late) else -1 for n in occupation)
             sounded = {notes[n].pitch: s for s, n in enumerate(occupation) if n >= 0}
-            key = carried, tuple(sounded.get(pitch, -1) for pitch in pitches)
+            former = tuple(sounded.get(pitch, -1) for pitch in pitches)
+            key = carried, former, self._legato.sources(numbers, occupation)
             if key not in groups:
                 groups[key] = points.copy(), np.full(len(points), state)
             else:
@@ -175,7 +186,11 @@ class _Search:
                 np.minimum(best, points, out=best)
         return groups
 
-    def _occupations(self, time_s, numbers, carried, former):
+    def _stays(self, number, time_s, late):
+        """Whether a note keeps its string: it sounds on, or another is to be slurred from it."""
+        return self.notes[number].end_s > late or self._legato.is_awaited(number, time_s)
+
+    def _occupations(self, time_s, numbers, carried, former, slurs):
         """Every way to go on: (occupation, points of its own, points by hand position)."""
         notes, neck = self.notes, self.neck
         frets = tuple(tuple(notes[number].pitch - note for note in neck.open) for number in numbers)
@@ -185,7 +200,8 @@ class _Search:
             occupation, grip, points = list(carried), list(held), 0.0
             for k, s in enumerate(strings):
                 occupation[s], grip[s] = numbers[k], frets[k][s]
-                points += cuts[s] + cost.FRET * frets[k][s]
+                lost = self._legato.points(numbers[k], slurs[k], s)
+                points += (cuts[s] if lost or slurs[k] < 0 else 0.0) + cost.FRET * frets[k][s] + lost
                 points += cost.OTHER_STRING if former[k] not in (-1, s) else 0.0
             found = neck.grip(tuple(grip))
             if found.possible:
@@ -245,7 +261,9 @@ class _Search:
                     places[number] = Place(s, fret, hand, *cut.get(number, (None, False)))
             former = order[states[hand]]
             for s, number in enumerate(former):
-                if number >= 0 and occupation[s] != number and self.notes[number].end_s > time_s + cost.LEGATO_SECONDS:
+                if number < 0 or occupation[s] == number or self._legato.is_continued(number, occupation[s], s):
+                    continue
+                if self.notes[number].end_s > time_s + cost.LEGATO_SECONDS:
                     cut[number] = time_s, occupation[s] < 0
             occupation, hand = former, int(hands[hand])
         return Fingering(places, points, self.given_up)

@@ -19,6 +19,9 @@ CUT_HELD_ALL = 10_000.0  # this much more for all of its length, less for less o
 CUT_PEDALLED = 4_000.0  # a note that only the pedal holds loses its string
 LEGATO_SECONDS = 0.05  # a keyboard's overlap: a note that ends so soon is no reason to leave its string (estimate)
 
+# What is not as it is meant ----------------------------------------------------------------------------------------
+SLUR_LOST = 1_000.0  # a note that is to be slurred has to be plucked: worth any shift and most stretches (estimate)
+
 # The left hand -----------------------------------------------------------------------------------------------------
 STRETCH_M = 2_000.0  # for each metre from the first finger to the last beyond the comfortable reach: 2 points a mm
 BARRE = 10.0  # one finger across several strings: strength, and it mutes what lies under it

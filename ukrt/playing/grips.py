@@ -50,10 +50,13 @@ class Neck:
         From the nut to each fret.
     reach : float [m]
         Between index and little finger without strain.
+    span : int
+        Frets of a slur by hammer-on or pull-off, at most.
     """
 
-    def __init__(self, open_keys, frets, places, reach):
+    def __init__(self, open_keys, frets, places, reach, span=4):
         self.open, self.frets, self.places, self.reach = tuple(open_keys), frets, places, reach
+        self.span = span
         self.ways = np.abs(self.places[:, None] - self.places)  # [m] between two positions
         self._grips = {}
 
@@ -113,4 +116,4 @@ def neck_of(guitar):
     places = board.ideal[longest]
     if not board.frets:  # a hand stands at fret 1, whether or not there is one
         places = np.append(places, board.guitar.strings[longest].length * (1.0 - cents_to_ratio(-100.0)))
-    return Neck(board.open_keys, board.frets, places, last - first)
+    return Neck(board.open_keys, board.frets, places, last - first, span)

@@ -12,6 +12,7 @@ QUICK_TIME = 0.002  # s for a damper that must go, or come, at once (estimate)
 BEND_RAMP_TIME = 0.005  # s over which the tension follows one bend message
 BEND_SLOT_TIME = 0.0025  # s: messages nearer than this are one bend
 LEVEL_TIME = 0.01  # s, at least, in which the volume comes to a new value: steps 10 ms apart are one slope (choice)
+EASE_TIME = 0.02  # s in which a hand comes to lie on a sounding string, or leaves it (estimate)
 VIBRATO_SLOT_TIME = 0.01  # s, about, between two points of a vibrato's curve: 20 in a period of 5 Hz
 SHORTEST_GLIDE, LONGEST_GLIDE = 0.03, 2.0  # s, of CC 5 (choices)
 LIGHTEST_MUTE = 0.05  # of the preset's, at value 1 of CC 19 (choice)
@@ -19,6 +20,8 @@ SHORTEST_ATTACK = 5e-4  # s, of CC 22: a plectrum's snap (estimate)
 SHORTEST_STRUM, LONGEST_STRUM = 0.005, 0.4  # s, of CC 23 (choices)
 JOIN_TIME = 0.05  # s for which notes join a stroke: what a chord on a keyboard is spread by (estimate)
 HOLD_TIME = 0.1  # s that a strummed string sounds at least, where its key was down that long (choice)
+TIGHT, LOOSE = 100.0, 2.0  # over the wave impedance, at values 1 and 127 of CC 27: see loose_curve
+DAMP_SPEED = 4.0  # how much quicker, or slower, the damper comes at the utmost release velocities (choice)
 SOFT_VELOCITY, STRONG_VELOCITY = 20, 127
 
 
@@ -96,6 +99,39 @@ def strum_times():
     """
     times = SHORTEST_STRUM * (LONGEST_STRUM / SHORTEST_STRUM) ** ((np.arange(128) - 1) / 126.0)
     times[0] = 0.0
+    return times
+
+
+def loose_curve():
+    """Resistance of a half-lifted fingertip for each value of CC 27: even steps in dB down from TIGHT to LOOSE.
+
+    A resistance R on a string of wave impedance Z takes 4 R Z / (R + 2 Z)^2 of the energy of a wave that meets it: 4 %
+    at 100 Z, where it still stops the string, and a half at 2 Z, the most there is.
+
+    Returns
+    -------
+    ndarray (128,)
+        Over the wave impedance, 0 at 0.
+    """
+    curve = TIGHT * (LOOSE / TIGHT) ** ((np.arange(128) - 1) / 126.0)
+    curve[0] = 0.0
+    return curve
+
+
+def damp_times(attack_time):
+    """Time in which the damper comes down for each release velocity: even steps of ratio around the preset's at 64.
+
+    Parameters
+    ----------
+    attack_time : float [s]
+
+    Returns
+    -------
+    ndarray (128,) [s]
+        Velocity 0, which many keyboards and programs send for want of one, is as 64.
+    """
+    times = attack_time * DAMP_SPEED ** ((64 - np.arange(128)) / 63.0)
+    times[0] = attack_time
     return times
 
 

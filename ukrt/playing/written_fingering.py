@@ -16,6 +16,7 @@ import numpy as np
 from ukrt.model.fingerboard import key_cents, repeat_keys
 from ukrt.playing.fingering import Note, find_fingering
 from ukrt.playing.grips import neck_of
+from ukrt.playing.keyswitches import switches_of
 from ukrt.playing.rules import fold_table
 from ukrt.playing.written_notes import CONTROL, NOTE_OFF, PERCUSSION, written_notes
 
@@ -68,17 +69,33 @@ def write_fingering(score, guitar):
     score : Score
     summary : Summary
     """
-    notes, neck = written_notes(score), neck_of(guitar)
+    notes, neck = written_notes(score, switches_of(guitar)), neck_of(guitar)
     if why := _says_itself(score, notes, neck, guitar.playing.midi_mode):
         return score, Summary("causal", why)
     fold = fold_table(neck.open, neck.frets, repeat_keys(guitar.tuning), key_cents(guitar.tuning)[1])
     notes = [note for note in notes if fold[note.key] >= 0]
-    searched = [Note(note.start_s, note.key_up_s, note.end_s, int(fold[note.key])) for note in notes]
-    found = find_fingering(searched, neck)
+    found = find_fingering(_searched(notes, fold), neck)
     let_go = sum(place.let_go for place in found.places)
     cut = sum(place.cut_s is not None for place in found.places) - let_go
     written = _write(score, notes, found.places, len(neck.open))
     return written, Summary("look-ahead", "", cut, let_go, found.given_up)
+
+
+def _searched(notes, fold):
+    """The notes as the search sees them."""
+    number_of = {id(note): number for number, note in enumerate(notes)}
+    return [
+        Note(
+            note.start_s,
+            note.key_up_s,
+            note.end_s,
+            int(fold[note.key]),
+            number_of.get(id(note.slurred_from), -1),
+            note.hammers,
+            note.slides,
+        )
+        for note in notes
+    ]
 
 
 def _says_itself(score, notes, neck, mode):
@@ -156,6 +173,8 @@ def _write(score, notes, places, strings):
     for (_, channel), message in last_of.items():
         after[message] = [(CONTROL | channel, STRING, 0), (CONTROL | channel, POSITION, 0)]
     for note, place in zip(notes, places, strict=True):
+        while place.let_go and note.up_s <= place.cut_s and note.slurred_from:
+            note = note.slurred_from  # what sounds by then
         if place.let_go:
             gone.add(note.off)
             before[first_of[place.cut_s]].insert(0, (NOTE_OFF | note.channel, note.key, 0))

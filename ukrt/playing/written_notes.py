@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ukrt.playing.written_slurs import mark_slurs
+
 PERCUSSION = 9
 NOTE_OFF, NOTE_ON, CONTROL = 0x80, 0x90, 0xB0
 PEDAL, SOSTENUTO, SOUND_OFF, RESET, NOTES_OFF = 64, 66, 120, 121, 123
@@ -23,6 +25,13 @@ class Written:
         Numbers of its note-on and of the message that lets its key up; -1: none does.
     channel, key : int
     start_s, key_up_s, end_s : float [s]
+        The string's use: where a slurred note's key comes up first, until the note it goes back to has ended.
+    up_s : float [s]
+        When its own key comes up.
+    slurred_from : Written or None
+        The note it is meant to go on from, on that one's string.
+    hammers, slides : bool
+        Whether it may by hammer-on or pull-off, and by a slide.
     """
 
     message: int
@@ -32,6 +41,10 @@ class Written:
     off: int = -1
     key_up_s: float = np.inf
     end_s: float = np.inf
+    up_s: float = np.inf
+    slurred_from: object = None
+    hammers: bool = False
+    slides: bool = False
 
 
 class _Keys:
@@ -92,18 +105,20 @@ class _Keys:
                 note.end_s = min(note.end_s, time_s)
 
 
-def written_notes(score):
+def written_notes(score, switches=()):
     """The notes of a score (list of `Written`), those of the percussion channel left out.
 
     Parameters
     ----------
     score : object with arrays ``time_s``, ``status``, ``data1``, ``data2``
+    switches : dict of int to Switch
+        Keys that are no notes: see `ukrt.playing.keyswitches.switches_of`.
     """
     keys = _Keys()
     columns = (score.time_s, score.status, score.data1, score.data2)
     for message, (time_s, status, data1, data2) in enumerate(zip(*(c.tolist() for c in columns), strict=True)):
         kind, channel = status & 0xF0, status & 0x0F
-        if channel == PERCUSSION:
+        if channel == PERCUSSION or (kind in (NOTE_ON, NOTE_OFF) and data1 in switches):
             continue
         if kind == NOTE_ON and data2:
             keys.on(message, time_s, channel, data1)
@@ -118,4 +133,6 @@ def written_notes(score):
             keys.all_off(time_s, channel, data1 == SOUND_OFF)
     for note in keys.notes:
         note.key_up_s, note.end_s = min(note.key_up_s, score.duration_s), min(note.end_s, score.duration_s)
+        note.up_s = note.key_up_s
+    mark_slurs(keys.notes, score, switches)
     return keys.notes

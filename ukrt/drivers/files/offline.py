@@ -47,9 +47,8 @@ class Performance:
         self._progress = progress or (lambda done_s, total_s: None)
         self._rate = float(engine.sample_rate)
         self._frames = np.rint(score.time_s * self._rate).astype(np.int64)
-        self._is_note = (score.status & 0xF0 == 0x90) & (score.data2 > 0)
         self._next = 0  # message to be sent
-        self._notes_sent = self._notes_seen = 0
+        self._notes_seen = 0
         self._largest_energy, self._quiet_since = 0.0, 0
         self._end = engine.lead_frames + math.ceil(score.duration_s * self._rate)
 
@@ -101,17 +100,15 @@ class Performance:
         if start > 0:
             self.compute_seconds += time.perf_counter() - began
             self.timed_frames += stop - start
-        self._notes_sent += int(np.count_nonzero(self._is_note[first:due]))
-        if self._notes_sent - self._notes_seen >= SEND_LIMIT // 2:
+        if self.engine.notes_logged - self._notes_seen >= SEND_LIMIT // 2:
             self._harvest()
         return block
 
     def _harvest(self):
         """Take over the log of notes before its ring comes round; rows known already are renewed."""
         rows = self.engine.note_log()
-        first = max(self._notes_sent - len(rows), 0)
-        self._notes[first:] = rows
-        self._notes_seen = self._notes_sent
+        self._notes_seen = self.engine.notes_logged
+        self._notes[self._notes_seen - len(rows) :] = rows
 
     def _is_quiet(self):
         """Whether nothing is left to play and the energy has stayed low for as long as the impulse response lasts."""

@@ -50,7 +50,7 @@ class Replay:
         self.notes, self.warnings = [], list(take.warnings) + differences(take)
         self.compute_seconds = self.timed_seconds = 0.0
         self._progress = progress or (lambda done_s, total_s: None)
-        self._next, self._notes_sent, self._notes_seen, self._seconds = 0, 0, 0, 0.0
+        self._next, self._notes_seen, self._seconds = 0, 0, 0.0
         self._total_seconds = sum((end - first) / rate for first, end, rate in take.parts())
         sound = take.sounds[0]
         self.engine = (engine_factory or _engine)(
@@ -91,7 +91,7 @@ class Replay:
                 self.compute_seconds += time.perf_counter() - began
                 self.timed_seconds += (stop - begin) / rate
             self._seconds += (stop - begin) / rate
-            if self._notes_sent - self._notes_seen >= HARVEST:
+            if self.engine.notes_logged - self._notes_seen >= HARVEST:
                 self._harvest()
             yield block
         self._harvest()
@@ -124,7 +124,6 @@ class Replay:
             return
         if kind == KIND_MIDI:
             sent = self.engine.send(frame, value >> 16, value >> 8 & 0xFF, value & 0xFF)
-            self._notes_sent += value >> 16 & 0xF0 == 0x90 and value & 0xFF > 0
         elif word == RESET_TORN:
             sent = self.engine.recover(torn=True)
         else:
@@ -144,8 +143,8 @@ class Replay:
     def _harvest(self):
         """Take over the log of notes before its ring comes round; rows known already are renewed."""
         rows = self.engine.note_log()
-        self.notes[max(self._notes_sent - len(rows), 0) :] = rows
-        self._notes_seen = self._notes_sent
+        self._notes_seen = self.engine.notes_logged
+        self.notes[self._notes_seen - len(rows) :] = rows
 
     def _response(self, sound):
         """The impulse response through which ``sound`` was heard; None where none was."""

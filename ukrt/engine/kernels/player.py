@@ -19,11 +19,14 @@ from ukrt.engine.kernels.player_chord import (
 )
 from ukrt.engine.kernels.player_controllers import clear_channel
 from ukrt.engine.kernels.player_expression import pluck_force, set_key_pressure
+from ukrt.engine.kernels.player_holds import forget_hold, go_back
 from ukrt.engine.kernels.player_level import full_volume
 from ukrt.engine.kernels.player_log import count, log_end, log_note
+from ukrt.engine.kernels.player_loosen import follow_touches
 from ukrt.engine.kernels.player_modes import channel_control
 from ukrt.engine.kernels.player_mono import is_beyond, is_percussion
 from ukrt.engine.kernels.player_strings import ask, settle_string
+from ukrt.engine.kernels.player_switches import is_switch, press_switch
 from ukrt.engine.kernels.player_system import system_message
 from ukrt.engine.kernels.player_touch import stopped_pitch
 from ukrt.engine.kernels.player_tuning import clear_tunings, keys_moved, transposed, within_keys
@@ -49,6 +52,9 @@ def player_reset(d, i):
         i[at.S_TOUCHED + s] = -1
         i[at.S_PLUCK + s] = -1
         i[at.S_PLANTED + s] = -1
+        i[at.S_PULLED + s] = -1
+        i[at.S_EASED + s] = -1
+        i[at.S_RESUMED + s] = -1
         d[at.D_TENSION + s] = 1.0
     for channel in range(at.CHANNELS):
         clear_channel(d, i, channel)
@@ -67,7 +73,7 @@ def _start(d, i, frame):
         return
     for s in range(i[at.I_STRINGS]):
         ask(d, i, frame, do.DAMP, s, 1.0, 1.0)
-        i[at.S_DAMP + s] = frame
+        i[at.S_DAMP + s], i[at.S_DAMPS + s] = frame, i[at.I_DAMP_RAMP]
 
 
 @kernel
@@ -94,6 +100,9 @@ def _percussion(d, i, frame, kind, key, velocity):
 
 @kernel
 def _note_on(d, i, frame, channel, key, velocity):
+    if is_switch(i, key):
+        press_switch(d, i, frame, channel, key, velocity)
+        return
     count(i, at.NOTES_ON)
     count(i, at.NOTES_BEYOND_STRINGS, 1 if is_beyond(i, channel) else 0)
     seq = log_note(d, i, frame, channel, key, pluck_force(d, i, channel, velocity))
@@ -122,15 +131,17 @@ def _string_of(i, channel, key):
 
 
 @kernel
-def _note_off(d, i, frame, channel, key):
-    """End the oldest note of this key that still waits for its note-off."""
+def _note_off(d, i, frame, channel, key, velocity):
+    """End the oldest note of this key that still waits for its note-off; ``velocity`` says how quickly."""
     owed = at.I_OWED + channel * 128 + key
     s = _string_of(i, channel, key)
     if i[owed] > 0:
         i[owed] -= 1
-    elif s >= 0:
+        forget_hold(i, channel, key)
+    elif s >= 0 and not go_back(d, i, s, frame):
+        i[at.S_HOLDS + s], i[at.S_DAMPS + s] = 0, i[at.I_DAMP_OF + velocity]
         end_note(d, i, s, frame)
-    elif not chord_note_off(i, channel, key):
+    elif s < 0 and not chord_note_off(i, channel, key) and not is_switch(i, key):
         count(i, at.NOTES_OFF_UNMATCHED)
 
 
@@ -147,7 +158,7 @@ def _channel_message(d, i, frame, kind, channel, data1, data2):
     if kind == NOTE_ON and data2 > 0:
         _note_on(d, i, frame, channel, data1, data2)
     elif kind == NOTE_ON or kind == NOTE_OFF:
-        _note_off(d, i, frame, channel, data1)
+        _note_off(d, i, frame, channel, data1, data2)
     elif kind == CONTROL:
         channel_control(d, i, frame, channel, data1, data2)
     elif kind == BEND:
@@ -161,6 +172,8 @@ def _channel_message(d, i, frame, kind, channel, data1, data2):
         count(i, at.PROGRAMS)
     else:
         count(i, at.MESSAGES_IGNORED)
+    if kind == CONTROL:
+        follow_touches(d, i, frame)
     if kind == CONTROL or kind == BEND:
         follow_bend(d, i, frame, channel)
 

@@ -13,7 +13,9 @@ from ukrt.engine.kernels.player_attack import attack_note
 from ukrt.engine.kernels.player_bend import let_go
 from ukrt.engine.kernels.player_choice import choose_strings, refused_forces
 from ukrt.engine.kernels.player_hand import hand_follow, place_hand
+from ukrt.engine.kernels.player_holds import remember_hold
 from ukrt.engine.kernels.player_log import count, log_end, log_place
+from ukrt.engine.kernels.player_loosen import follow_touches, restore_touch
 from ukrt.engine.kernels.player_mono import find_monos, gives_way, string_wanted
 from ukrt.engine.kernels.player_pedals import is_held_by_pedal
 from ukrt.engine.kernels.player_slur import find_slurs, first_gesture, slur_note, way_of
@@ -42,9 +44,9 @@ def chord_open(d, i, frame):
     if i[at.G_COUNT] == 0 or i[at.G_FRAME] != frame or i[at.G_DONE] != i[layout.H_GESTURES_DONE]:
         return False
     for note in range(i[at.G_COUNT]):
-        if i[at.G_STRING + note] >= 0:
-            kind = first_gesture(i[at.G_WAY + note])
-            return timeline_cancel(d, i, i[at.G_STRING + note], kind, frame) > 0
+        s, way = i[at.G_STRING + note], i[at.G_WAY + note]
+        if s >= 0 and not (way == at.PULLED and i[at.S_PULLED + s] != frame):  # no finger was left to pull off
+            return timeline_cancel(d, i, s, first_gesture(way), frame) > 0
     return True
 
 
@@ -59,6 +61,7 @@ def _recall_string(d, i, s, frame):
     """Bring one string's gestures back to what they were before the chord."""
     withdraw_note(d, i, s, frame)
     restore_ending(d, i, s, frame)
+    restore_touch(d, i, s, frame)
     sounding = i[at.S_STATE + s] == at.HELD or i[at.S_STATE + s] == at.PEDALLED
     ratio = string_ratio(d, i, s) if sounding else rest_ratio(i)
     set_tension(d, i, s, frame, ratio, i[at.I_BEND_RAMP], 0.0)
@@ -127,8 +130,12 @@ def _end_former(i, s, frame, way):
     owed = _owe(i, i[at.S_CHANNEL + s], i[at.S_KEY + s]) if state == at.HELD else -1
     if way in (at.HAMMERED, at.PULLED, at.SLID):
         count(i, at.NOTES_SLURRED)
+        if state == at.HELD:
+            remember_hold(i, s)
         _victim(i, i[at.S_SEQ + s], frame, at.SLURRED, owed)
-    elif i[at.X_FREED + s] == at.REPEATING and _is_repeated(i, s):
+        return
+    i[at.S_HOLDS + s] = 0
+    if i[at.X_FREED + s] == at.REPEATING and _is_repeated(i, s):
         count(i, at.NOTES_REPEATED)
         _victim(i, i[at.S_SEQ + s], frame, at.REPEATED, owed)
     else:
@@ -160,7 +167,7 @@ def end_note(d, i, s, frame):
         let_go(i, s)
         return
     log_end(i, i[at.S_SEQ + s], frame, at.PLAYED)
-    damp_string(d, i, s, frame, end_of_stroke(i, s, frame) + i[at.I_LEAD], i[at.I_DAMP_RAMP])
+    damp_string(d, i, s, frame, end_of_stroke(i, s, frame) + i[at.I_LEAD], i[at.S_DAMPS + s])
 
 
 @kernel
@@ -185,6 +192,7 @@ def _sound(d, i, note, frame):
         touch_string(d, i, s, frame, max(0, i[at.X_LATE + note]), fret, channel, i[at.G_PARTIAL + note])
         start_note(d, i, s, frame, fret, channel)
         attack_note(d, i, s, frame, fret, force, note)
+        i[at.S_HOLDS + s] = 0
     else:
         slur_note(d, i, s, frame, fret, force, channel, way)
         if i[at.S_TUNED + s] != tuned:
@@ -222,10 +230,10 @@ def play_chord(d, i, frame):
         d[at.D_SAVED + k] = d[at.D_PLUCKED_PLACE + k]
     i[at.G_DONE] = i[layout.H_GESTURES_DONE]
     _find_repeats(i)
-    find_slurs(i)
-    find_monos(i)
     hand = i[at.I_HAND]
     place_hand(i)
+    find_slurs(i)
+    find_monos(i)
     choose_strings(i)
     strain = hand_follow(i)
     way = abs(i[at.I_HAND] - hand)
@@ -245,6 +253,7 @@ def play_chord(d, i, frame):
             _drop(i, note, frame)
         else:
             _sound(d, i, note, frame)
+    follow_touches(d, i, frame)
 
 
 @kernel

@@ -10,6 +10,7 @@ from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_bend import set_bend_range
 from ukrt.engine.kernels.player_chord import close_chord, end_note
 from ukrt.engine.kernels.player_expression import clear_expression, reset_expression, set_expression
+from ukrt.engine.kernels.player_holds import forget_holds
 from ukrt.engine.kernels.player_level import set_volume
 from ukrt.engine.kernels.player_log import count, log_end
 from ukrt.engine.kernels.player_pedals import is_held_by_pedal, set_sostenuto
@@ -77,6 +78,7 @@ def set_pedals(d, i, frame, channel, controller, value):
 
 @kernel
 def _forget_owed(i, channel):
+    forget_holds(i, channel)
     for key in range(128):
         i[at.I_OWED + channel * 128 + key] = 0
 

@@ -26,6 +26,10 @@ def set_expression(i, channel, controller, value):
         i[at.C_LEGATO + channel] = 1 if value >= cc.DOWN else -1
     elif controller == cc.HARMONIC:
         i[at.C_HARMONIC + channel] = 1 if value >= cc.DOWN else 0
+    elif controller == cc.LOOSE:
+        i[at.C_LOOSE + channel] = value
+    elif controller == cc.FRETS:
+        i[at.C_FRETS + channel] = 1 if value >= cc.DOWN else 0
     elif controller == cc.PLACE:
         i[at.C_PLACE + channel] = value
     elif controller == cc.SOFT:
@@ -48,6 +52,7 @@ def reset_expression(i, channel):
     """CC121: no vibrato, slurs, slides, harmonics; the sound stays as it is set (MIDI practice RP-015)."""
     i[at.C_WHEEL + channel] = i[at.C_PRESSURE + channel] = i[at.C_SOFT + channel] = 0
     i[at.C_LEGATO + channel] = i[at.C_GLIDES + channel] = i[at.C_HARMONIC + channel] = 0
+    i[at.C_LOOSE + channel] = i[at.C_FRETS + channel] = 0
     for s in range(i[at.I_STRINGS]):
         if i[at.S_CHANNEL + s] == channel:
             i[at.S_PRESSURE + s] = 0

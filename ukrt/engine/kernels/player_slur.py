@@ -8,13 +8,14 @@ from ukrt.engine import gestures as do
 from ukrt.engine import player_layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player_expression import glide_frames
+from ukrt.engine.kernels.player_loosen import leave_touch
 from ukrt.engine.kernels.player_mono import is_legato, is_mono
 from ukrt.engine.kernels.player_right_hand import muting
-from ukrt.engine.kernels.player_strings import ask_fully, free_string, mark_begun, press_string
+from ukrt.engine.kernels.player_strings import free_string, mark_begun, press_string, pull_string
 
 
 @kernel
-def _way(i, s, channel, pitch):
+def way_to(i, s, channel, pitch):
     """How the note on string ``s`` goes over into ``pitch``; PLUCKED if it cannot."""
     stop, fret = i[at.S_FINGER + s], pitch - i[at.I_OPEN + s]
     if fret < 0 or fret > i[at.I_FRETS] or fret == stop:
@@ -38,11 +39,12 @@ def _string_to_slur(i, note):
     found, channel = -1, i[at.G_CHANNEL + note]
     if i[at.G_PARTIAL + note] > 0 or (not is_legato(i, channel) and i[at.C_GLIDES + channel] == 0):
         return found
-    pitch = i[at.G_PITCH + note]
+    pitch, forced = i[at.G_PITCH + note], i[at.G_FORCED + note]
     for s in range(i[at.I_STRINGS]):
         held = i[at.S_STATE + s] == at.HELD and i[at.S_CHANNEL + s] == channel and i[at.X_FREED + s] == at.KEPT
         held = held and i[at.S_PLUCK + s] <= i[at.I_NOW]  # a string that waits for the hand has nothing to slur from
-        if held and _way(i, s, channel, pitch) != at.PLUCKED:
+        held = held and (forced == 0 or s == i[at.I_STRINGS] - forced)
+        if held and way_to(i, s, channel, pitch) != at.PLUCKED:
             if found < 0 or i[at.S_ORDER + s] > i[at.S_ORDER + found]:
                 found = s
     return found
@@ -76,7 +78,7 @@ def way_of(i, note, s):
         return at.HARMONIC
     if i[at.G_REPEAT + note] != s or i[at.X_FREED + s] != at.SLURRING:
         return at.MUTED if muting(i, i[at.G_CHANNEL + note]) > 0 else at.PLUCKED
-    return _way(i, s, i[at.G_CHANNEL + note], i[at.G_PITCH + note])
+    return way_to(i, s, i[at.G_CHANNEL + note], i[at.G_PITCH + note])
 
 
 @kernel
@@ -90,13 +92,14 @@ def first_gesture(way):
 @kernel
 def slur_note(d, i, s, frame, fret, force, channel, way):
     """Go over to ``fret`` from what sounds on the string; ``force`` is what its velocity would pluck with [N]."""
+    eases = i[at.S_LOOSE + s] > 0 or i[at.S_EASED + s] >= frame
     finger, _ = free_string(d, i, s, frame)
     strength = force / d[at.D_FORCE + 127]
     if way == at.PULLED and finger > 0:
-        pull, angle = strength * d[at.D_PULL_FORCE], d[at.D_PULL_ANGLE]
-        ask_fully(d, i, frame, do.LIFT, s, 0.0, float(i[at.I_LEAD]), pull, angle, 0.0)
+        i[at.S_PULLED + s], i[at.S_PULLED_FROM + s] = frame, finger
+        pull_string(d, i, s, force)
         finger = 0
-    i[at.S_FINGER + s] = fret
+    i[at.S_FINGER + s], i[at.S_STEP + s] = fret, 0
     if fret > 0:
         i[at.S_PRESS + s], i[at.S_STAYS + s], i[at.S_SPEED + s] = frame + i[at.I_LEAD], finger, 0
         if way == at.HAMMERED:
@@ -106,5 +109,10 @@ def slur_note(d, i, s, frame, fret, force, channel, way):
             i[at.S_LANDING + s] = i[at.I_QUICK_RAMP]  # the finger is there already, at rest
         else:
             i[at.S_LANDING + s] = glide_frames(d, i, channel) if finger > 0 else i[at.I_LANDING]
-        press_string(d, i, s)
+            if i[at.C_FRETS + channel] == 1 and finger > 0 and finger != fret:
+                i[at.S_STEP + s] = max(1, i[at.S_LANDING + s] // abs(fret - finger))
+                i[at.S_LANDING + s] = min(2 * i[at.I_LANDING], i[at.S_STEP + s])
+        press_string(d, i, s, frame)
     mark_begun(i, s)
+    if eases:
+        leave_touch(d, i, s, frame)

@@ -33,8 +33,10 @@ def _cancel_ending(d, i, s, frame):
     """
     down = timeline_cancel(d, i, s, do.DAMP, frame) == 0 and i[at.S_DAMP + s] >= 0
     up = timeline_cancel(d, i, s, do.UNDAMP, frame) == 0 and i[at.S_UNDAMP + s] >= 0
-    if timeline_cancel(d, i, s, do.LIFT, frame) == 0 and i[at.S_LIFT + s] >= 0:
+    lifts = timeline_cancel(d, i, s, do.LIFT, frame)
+    if lifts == 0 and (i[at.S_LIFT + s] >= 0 or i[at.S_LOOSE + s] > 0):
         i[at.S_FINGER + s] = 0
+    i[at.S_LOOSE + s] = 0
     leaving = up and i[at.S_UNDAMP + s] + i[at.I_UNDAMP_RAMP] > frame
     i[at.S_DAMP + s] = i[at.S_DAMP + s] if down and not up else -1
     i[at.S_LIFT + s], i[at.S_UNDAMP + s] = -1, -1
@@ -101,11 +103,41 @@ def bend_string(d, i, s, frame, ratio):
 
 
 @kernel
-def press_string(d, i, s):
-    """Ask for the finger to come to its fret, when and how the string's S_PRESS, S_LANDING and S_SPEED say."""
-    place = d[at.D_PLACES + s * at.FRET_ROW + i[at.S_FINGER + s]]
+def press_string(d, i, s, frame):
+    """Ask for the finger to come to its fret, when and how the string's S_PRESS, S_LANDING and S_SPEED say.
+
+    Of a glissando over frets (S_STEP) the frets that are reached at ``frame`` or later.
+    """
     landing, speed = float(i[at.S_LANDING + s]), 1e-6 * i[at.S_SPEED + s]
-    ask_fully(d, i, i[at.S_PRESS + s], do.PRESS, s, place, landing, speed, 0.0, 0.0)
+    last, time, step = i[at.S_FINGER + s], i[at.S_PRESS + s], i[at.S_STEP + s]
+    fret, way = last, 0
+    if step > 0:
+        way = 1 if last > i[at.S_STAYS + s] else -1
+        fret = i[at.S_STAYS + s] + way
+    while True:
+        if time >= frame:
+            place = d[at.D_PLACES + s * at.FRET_ROW + fret]
+            ask_fully(d, i, time, do.PRESS, s, place, landing, speed, 0.0, 0.0)
+        if fret == last:
+            return
+        fret, time = fret + way, time + step
+
+
+@kernel
+def fret_reached(i, s, frame):
+    """Where the finger of a glissando over frets is just before ``frame``."""
+    first, last, begun = i[at.S_STAYS + s], i[at.S_FINGER + s], i[at.S_PRESS + s]
+    if frame <= begun:
+        return first
+    steps = min(abs(last - first), (frame - 1 - begun) // i[at.S_STEP + s] + 1)
+    return first + steps if last > first else first - steps
+
+
+@kernel
+def pull_string(d, i, s, force):
+    """Ask for the finger to pull off at S_PULLED, as hard as goes with a pluck of ``force`` [N]."""
+    pull = force / d[at.D_FORCE + 127] * d[at.D_PULL_FORCE]
+    ask_fully(d, i, i[at.S_PULLED + s], do.LIFT, s, 0.0, float(i[at.I_LEAD]), pull, d[at.D_PULL_ANGLE], 0.0)
 
 
 @kernel
@@ -121,8 +153,15 @@ def free_string(d, i, s, frame):
     if _cancel_ending(d, i, s, frame) > 0:
         ask(d, i, frame, do.UNDAMP, s, 0.0, i[at.I_QUICK_RAMP])
     i[at.S_DAMP + s] = -1
-    if timeline_cancel(d, i, s, do.PRESS, frame) == 0:
+    waiting = timeline_cancel(d, i, s, do.PRESS, frame)
+    if i[at.S_PULLED + s] >= frame:
+        i[at.S_PULLED + s] = -1
+        return i[at.S_PULLED_FROM + s], 0
+    if waiting == 0:
         return i[at.S_FINGER + s], 0
+    if i[at.S_STEP + s] > 0:
+        reached, i[at.S_STEP + s] = fret_reached(i, s, frame), 0
+        return reached, 0
     stays = i[at.S_STAYS + s]
     return stays, (0 if stays > 0 else i[at.I_LIFT_RAMP])
 
@@ -131,6 +170,7 @@ def free_string(d, i, s, frame):
 def mark_begun(i, s):
     """A note has begun on string ``s``, after all others."""
     i[at.S_PRESSURE + s] = i[at.S_LET + s] = 0
+    i[at.S_DAMPS + s], i[at.S_EASED + s], i[at.S_RESUMED + s] = i[at.I_DAMP_RAMP], -1, -1
     i[at.I_PLUCKS] += 1
     i[at.S_ORDER + s] = i[at.I_PLUCKS]
 
@@ -145,8 +185,8 @@ def start_note(d, i, s, frame, fret, channel):
     i[at.S_FINGER + s] = fret
     if fret > 0 and finger != fret:
         i[at.S_PRESS + s], i[at.S_LANDING + s] = frame + landing, i[at.I_LANDING]
-        i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
-        press_string(d, i, s)
+        i[at.S_STAYS + s] = i[at.S_SPEED + s] = i[at.S_STEP + s] = 0
+        press_string(d, i, s, frame)
     set_tension(d, i, s, frame, note_ratio(d, i, s, channel), i[at.I_BEND_RAMP], 0.0)
     d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
     mark_begun(i, s)
@@ -185,9 +225,11 @@ def restore_ending(d, i, s, frame):
     if i[at.S_PLANTED + s] >= frame:
         ask(d, i, i[at.S_PLANTED + s], do.TOUCH, s, 0.0, i[at.I_QUICK_RAMP])
     if i[at.S_DAMP + s] >= frame:
-        ask(d, i, i[at.S_DAMP + s], do.DAMP, s, 1.0, i[at.I_DAMP_RAMP])
-    if i[at.S_PRESS + s] >= frame and i[at.S_FINGER + s] > 0:
-        press_string(d, i, s)
+        ask(d, i, i[at.S_DAMP + s], do.DAMP, s, 1.0, i[at.S_DAMPS + s])
+    if i[at.S_PULLED + s] >= frame:
+        pull_string(d, i, s, d[at.D_LOG_FORCE + i[at.S_SEQ + s] % at.LOG_CAPACITY])
+    if i[at.S_FINGER + s] > 0:
+        press_string(d, i, s, frame)
     if i[at.S_LIFT + s] >= frame:
         ask(d, i, i[at.S_LIFT + s], do.LIFT, s, 0.0, i[at.I_LIFT_RAMP])
     if frame <= i[at.S_TOUCHED + s] < at.UNTIL_DAMPED:
@@ -203,9 +245,13 @@ def damp_string(d, i, s, now, frame, ramp):
     on = _cancel_ending(d, i, s, now + 1) == 2
     if i[at.S_TOUCHED + s] >= 0:  # a planted finger leaves when it plucks
         timeline_cancel(d, i, s, do.TOUCH, now + 1)
-    i[at.S_TOUCHED + s] = -1  # the damper comes in its place
-    lifting = frame + i[at.I_SETTLE]
+    i[at.S_TOUCHED + s] = i[at.S_EASED + s] = -1  # the damper comes in its place
+    lifting = frame + i[at.I_SETTLE] + max(0, ramp - i[at.I_DAMP_RAMP])
+    if i[at.S_STEP + s] > 0 and timeline_cancel(d, i, s, do.PRESS, now + 1) > 0:
+        i[at.S_FINGER + s] = fret_reached(i, s, now + 1)
+    i[at.S_STEP + s] = 0
     if not on:
+        i[at.S_DAMPS + s] = ramp
         ask(d, i, frame, do.DAMP, s, 1.0, ramp)
         i[at.S_DAMP + s] = frame
     i[at.S_STATE + s] = at.DAMPING

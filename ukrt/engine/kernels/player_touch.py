@@ -49,6 +49,7 @@ def touch_string(d, i, s, frame, late, fret, channel, partial):
     touched = i[at.S_TOUCHED + s] >= 0 or i[at.S_PLANTED + s] >= frame
     muted, ramp = muting(i, channel), float(i[at.I_QUICK_RAMP])
     i[at.S_TOUCHED + s] = i[at.S_PLANTED + s] = -1
+    i[at.S_MUTE + s] = muted
     if partial > 0:
         node = stopped + (1.0 - stopped) / partial
         ask_fully(d, i, frame, do.TOUCH, s, node, ramp, d[at.D_TOUCH], 0.0, 0.0)

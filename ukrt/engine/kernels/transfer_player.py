@@ -36,9 +36,9 @@ def transfer_player(d0, i0, d1, i1, now, pace):
         if pace != 1.0:
             for row in (at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED, at.S_TENSION_FRAME):
                 _carry_frame(i1, row + s, now, pace)
-            for row in (at.S_PLUCK, at.S_PLANTED):
+            for row in (at.S_PLUCK, at.S_PLANTED, at.S_PULLED, at.S_EASED, at.S_RESUMED):
                 _carry_frame(i1, row + s, now, pace)
-            for row in (at.S_LANDING, at.S_PULL, at.S_LATE):
+            for row in (at.S_LANDING, at.S_PULL, at.S_LATE, at.S_DAMPS, at.S_STEP):
                 i1[row + s] = scaled_frames(i1[row + s], pace)
     for s in range(strings1, strings0):
         _give_up_string(d1, i1, s, now)
@@ -86,9 +86,11 @@ def _give_up_string(d, i, s, now):
     for row in (at.S_MOVED, at.S_TUNED, at.S_CAUGHT):
         i[row + s] = 0
     i[at.S_PULL + s] = i[at.S_LATE + s] = 0
+    i[at.S_DAMPS + s] = i[at.S_STEP + s] = i[at.S_LOOSE + s] = i[at.S_HOLDS + s] = 0
     for row in (at.S_PITCH, at.S_SEQ, at.S_DAMP, at.S_LIFT, at.S_UNDAMP, at.S_PRESS, at.S_TOUCHED):
         i[row + s] = -1
     i[at.S_PLUCK + s] = i[at.S_PLANTED + s] = -1
+    i[at.S_PULLED + s] = i[at.S_EASED + s] = i[at.S_RESUMED + s] = -1
     d[at.D_TENSION + s] = 1.0
     d[at.D_DEPTH + s] = d[at.D_PHASE + s] = 0.0
 
