@@ -285,7 +285,7 @@ def test_in_every_pause_fingers_and_hands_are_where_notes_and_controllers_want_t
         for s, (_, channel, fret) in bench.held().items():
             loose, mute = (bench.i[row + channel] for row in (at.C_LOOSE, at.C_MUTE))
             stopped = bench.places[s][fret] if fret and not loose else 0.0
-            lying = at.MUTE_PLACE if mute else None
+            lying = at.MUTE_PLACE if mute > 0 else None
             if fret and loose:
                 lying = (bench.places[s][fret] + at.LOOSE_OFFSET) / bench.guitar.strings[s].length
             assert bench.strings[s].place == stopped and touch_of(bench.strings[s]) == pytest.approx(lying)
