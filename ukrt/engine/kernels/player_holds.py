@@ -13,7 +13,7 @@ from ukrt.engine.kernels.player_loosen import follow_touch
 from ukrt.engine.kernels.player_pedals import is_held_by_pedal
 from ukrt.engine.kernels.player_slur import slur_note, way_to
 from ukrt.engine.kernels.player_strings import bend_string, note_ratio
-from ukrt.engine.kernels.player_tuning import tune_string
+from ukrt.engine.kernels.player_tuning import tune_note
 from ukrt.engine.kernels.timeline import timeline_cancel
 
 
@@ -96,7 +96,7 @@ def _resume(d, i, s, frame, k, fret, way):
     _take_out(i, s, k)
     i[at.I_OWED + channel * 128 + key] -= 1
     tuned = i[at.S_TUNED + s]
-    tune_string(i, s, channel, key, moved)
+    tune_note(i, s, channel, key, moved)
     slur_note(d, i, s, frame, fret, force, channel, way)
     if i[at.S_TUNED + s] != tuned:
         bend_string(d, i, s, frame, note_ratio(d, i, s, channel))
