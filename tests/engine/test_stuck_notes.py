@@ -10,17 +10,18 @@ from ukrt.engine.engine import Engine
 from ukrt.model.presets import load_preset
 
 GUITARS = {
-    "classical": ("classical", "open"),
-    "classical, damped": ("classical", "damped"),
-    "ukulele": ("ukulele", "open"),
-    "eight-string": ("eight-string", "open"),
+    "classical": ("classical", "open", "keyboard"),
+    "classical, damped": ("classical", "damped", "guitar-mpe"),
+    "ukulele": ("ukulele", "open", "mpe"),
+    "eight-string": ("eight-string", "open", "guitar"),
 }
 
 
 @pytest.fixture(scope="module", params=GUITARS)
 def engine(request):
-    preset, idle = GUITARS[request.param]
-    engine = Engine(load_preset(preset, {"playing.idle_strings": idle}), signal="bridge-force")
+    preset, idle, mode = GUITARS[request.param]
+    settings = {"playing.idle_strings": idle, "playing.midi_mode": mode}
+    engine = Engine(load_preset(preset, settings), signal="bridge-force")
     yield engine
     engine.close()
 

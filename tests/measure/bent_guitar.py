@@ -49,9 +49,8 @@ def render_notes(notes, idle):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "guitar.mid"
         guitar_file(notes).save(path)
-        samples, report = ukrt.render(
-            path, sample_rate=RATE, signal="strings", overrides={"playing.idle_strings": idle}
-        )
+        settings = {"playing.idle_strings": idle, "playing.midi_mode": "guitar"}
+        samples, report = ukrt.render(path, sample_rate=RATE, signal="strings", overrides=settings)
     strings = {(note["channel"], note["string"], note["fret"]) for note in report["notes"]}
     wanted = {(note.string - 1, 6 - note.string, note.fret) for note in notes}
     assert strings == wanted, f"channels, strings and frets are {sorted(strings)} instead of {sorted(wanted)}"

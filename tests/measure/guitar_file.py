@@ -76,7 +76,7 @@ def _messages(note):
     """Bend range, bends and note, each with its tick and its place among those of one tick."""
     start, end = (round(time * TICKS_A_SECOND) for time in (note.start, note.start + note.length))
     ranges = ((cc.RPN_MSB, 0), (cc.RPN_LSB, 0), (cc.DATA_MSB, note.range_semitones), (cc.DATA_LSB, 0))
-    for control, value in ((cc.STRING, note.string), *ranges):
+    for control, value in ranges:
         yield start, 0, mido.Message("control_change", control=control, value=value)
     yield start, 1, mido.Message("pitchwheel", pitch=0)
     for time, value in zip(*note.bends(), strict=True):
