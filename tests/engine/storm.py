@@ -20,7 +20,7 @@ PEDALS = (cc.PEDAL, 66)  # let ring and sostenuto: what holds notes when no key 
 BLOCK = 4096  # frames computed before more is sent
 MOST_SENT = 8192  # messages: half of what a lane of the stage holds
 SETTLING_SECONDS = 0.5  # in which dampers have done their work, and fingers, dampers and bends have gone
-ALONG = 0.01  # of the energy: the most that idle strings, which ring along, may hold when the others have been damped
+ALONG = 0.01  # of the most energy there was: what idle strings, which ring along, may hold when the others are damped
 
 
 def random_messages(rng, count, per_second, rate):
@@ -124,8 +124,8 @@ class Outcome:
         Strings whose key is down after CC 123 on every channel, and those that only pedals held then.
     left : list of str
         What is not as it was before the first message, `SETTLING_SECONDS` after the last pedal came up.
-    before_j, after_j : float [J]
-        Energy when the keys came up, and when that time was over.
+    loudest_j, before_j, after_j : float [J]
+        The most energy there was, that when the keys came up, and that when the settling time was over.
     rests_j : ndarray [J]
         Energy from then on, every 10 ms.
     bound_j : ndarray [J]
@@ -138,6 +138,7 @@ class Outcome:
     held_after_off: int
     pedalled: int
     left: list
+    loudest_j: float
     before_j: float
     after_j: float
     rests_j: np.ndarray
@@ -154,7 +155,7 @@ class Outcome:
             f"{counts['notes_on']} notes came, {heard} were played, dropped or percussion": counts["notes_on"] != heard,
             "messages were lost": counts["midi_dropped"] > 0,
             "gestures were refused": counts["gestures_refused"] > 0,
-            f"energy {self.before_j:.1e} J fell to {self.after_j:.1e} J": self.after_j > ALONG * self.before_j,
+            f"of {self.loudest_j:.1e} J there are {self.after_j:.1e} J": self.after_j > ALONG * self.loudest_j,
             "energy rises though nothing moves": bool(np.any(np.diff(self.rests_j) > 0.0)),
             "energy falls too slowly": bool(np.any(self.rests_j > 1.001 * self.bound_j)),
         }
@@ -165,19 +166,20 @@ def storm(engine, seed, count, per_second, rest_seconds=1.0):
     """Play ``count`` random messages, let everything go, listen to what is left (Outcome)."""
     engine.reset()
     messages = random_messages(np.random.default_rng(seed), count, per_second, engine.sample_rate)
-    largest = play(engine, messages)
+    largest, loudest = play(engine, messages)
     before = engine.energy()
     held, pedalled = let_go(engine)
     engine.process(round(SETTLING_SECONDS * engine.sample_rate))
     left, rests = leftovers(engine), energies(engine, rest_seconds)
     falls = np.exp(-2.0 * slowest_decay(engine) * 0.01 * np.arange(len(rests)))
     sound_s = messages[-1, 0] / engine.sample_rate
-    return Outcome(sound_s, largest, held, pedalled, left, before, rests[0], rests, rests[0] * falls, engine.counters())
+    found = (left, loudest, before, rests[0], rests, rests[0] * falls, engine.counters())
+    return Outcome(sound_s, largest, held, pedalled, *found)
 
 
 def play(engine, messages):
-    """Play messages from where the engine is on; returns the largest sample of the sound, or infinity."""
-    start, sent, largest = engine.frame, 0, 0.0
+    """Play messages from where the engine is on: the largest sample of the sound, or infinity, and the most energy."""
+    start, sent, largest, loudest = engine.frame, 0, 0.0, 0.0
     frames = messages[:, 0]
     while sent < len(messages):
         due = min(int(np.searchsorted(frames, engine.frame - start + BLOCK)), sent + MOST_SENT)
@@ -187,7 +189,8 @@ def play(engine, messages):
         until = BLOCK if due == len(messages) or frames[due] >= engine.frame - start + BLOCK else 1
         block = engine.process(until)
         largest = max(largest, np.abs(block).max()) if np.isfinite(block).all() else np.inf
-    return largest
+        loudest = max(loudest, engine.energy())
+    return largest, loudest
 
 
 def let_go(engine):
