@@ -19,7 +19,7 @@ TICKS_A_SECOND = 960  # 480 of a quarter note, 120 a minute
 HALF_SECONDS, END_SECONDS = 3.0, 2.4  # of each half; notes are let go after so long, so that the next begins in silence
 VELOCITY = 90
 STRING, RESET = 20, 121  # controllers: the string of the notes to come; almost everything back to where it was
-STAY = {5: 64, 16: 64, 18: 0, 74: 64}  # what RESET leaves as it is, and where the plain note has it
+STAY = {5: 64, 7: 100, 16: 64, 18: 0, 74: 64}  # what RESET leaves as it is, and where the plain note has it
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,10 @@ SECTIONS = (
     Section("artificial harmonic", on(70, 3), cc(17, 127) + on(70, 3), "harmonic"),
     Section("palm mute", E2, cc(19, 100) + E2, "muted"),
     Section("let ring", CHORD, cc(64, 127) + CHORD + cc(64, 0, start=END_SECONDS)),
+    Section("sostenuto", CHORD, CHORD + cc(66, 127, start=0.2) + cc(66, 0, start=END_SECONDS)),
+    Section("soft pedal", A3, cc(67, 127) + A3),
+    Section("volume", A3, cc(7, 64) + A3),
+    Section("expression", E2, E2 + ramp("cc", 0.3, 2.0, range(127, 30, -4), 11)),
 )
 
 

@@ -12,11 +12,12 @@ from ukrt.engine import controller_layout as cc
 from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
 from ukrt.engine.kernels.midi_bytes import midi_byte
+from ukrt.engine.kernels.player_strings import rest_ratio
 
 OFF, ON, KEY_PRESSURE, CONTROL, PROGRAM, PRESSURE, BEND, SYSTEM = range(0x80, 0x100, 0x10)
 # How often each kind comes: notes most of all, so that something sounds that the others can act on.
 KINDS = {OFF: 22, ON: 30, KEY_PRESSURE: 6, CONTROL: 24, PROGRAM: 2, PRESSURE: 5, BEND: 9, SYSTEM: 2}
-PEDALS = (cc.PEDAL, 66)  # let ring and sostenuto: what holds notes when no key does
+PEDALS = (cc.PEDAL, cc.SOSTENUTO)  # what holds notes when no key does
 BLOCK = 4096  # frames computed before more is sent
 MOST_SENT = 8192  # messages: half of what a lane of the stage holds
 SETTLING_SECONDS = 0.5  # in which dampers have done their work, and fingers, dampers and bends have gone
@@ -214,9 +215,7 @@ def leftovers(engine):
     """What is not as it was before the first message (list of str): notes, hands, ramps, gestures, tensions."""
     d, i, found = engine._d, engine._i, []
     damped = engine.guitar.playing.idle_strings == "damped"
-    at_rest = np.median(
-        d[player.D_TENSION : player.D_TENSION + len(engine.guitar.strings)]
-    )  # the whole guitar's tuning
+    at_rest = rest_ratio(i)
     if i[at.H_GESTURES] or i[at.H_BUSY]:
         found.append(f"{i[at.H_GESTURES]} gestures wait, busy {i[at.H_BUSY]}")
     for s in range(len(engine.guitar.strings)):
@@ -228,7 +227,7 @@ def leftovers(engine):
             "no damper" if damped else "a damper": (i[own_i + at.SI_DAMPER] > 0) != damped,
             "a touch": d[own + at.S_TOUCH_PLACE] > 0.0,
             "a vibrato": d[player.D_DEPTH + s] != 0.0,
-            "a bend": d[own + at.S_RATIO] != d[player.D_TENSION + s] or d[player.D_TENSION + s] != at_rest,
+            "a bend": not np.allclose((d[own + at.S_RATIO], d[player.D_TENSION + s]), at_rest, rtol=1e-12, atol=0.0),
         }
         found += [f"string {s} has {what}" for what, there in state.items() if there]
     return found
