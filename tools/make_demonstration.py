@@ -59,7 +59,7 @@ def ramp(kind, start, end, values, *more):
     return tuple((start + k * step, kind, *more, value) for k, value in enumerate(values))
 
 
-A3 = on(57, 3)  # third string, second fret
+C4 = on(60, 3)  # third string, fifth fret: no open string has its fundamental
 E2 = on(40, 6)  # open
 LEGATO, GLIDE = cc(68, 127), cc(65, 127)
 
@@ -82,12 +82,12 @@ UP_AND_BACK = [200 * k / 20 for k in (*range(21), *[20] * 20, *range(20, -1, -1)
 
 # A line for each: what is heard plainly, and what is played instead.
 SECTIONS = (
-    Section("strength", on(57, 3, velocity=50), on(57, 3, velocity=120)),
-    Section("tasto", A3, cc(74, 0) + A3),
-    Section("ponticello", A3, cc(74, 127) + A3),
-    Section("free stroke", A3, cc(16, 32) + A3),
-    Section("rest stroke", A3, cc(16, 127) + A3),
-    Section("fingertip", A3, cc(18, 127) + A3),
+    Section("strength", on(60, 3, velocity=50), on(60, 3, velocity=120)),
+    Section("tasto", C4, cc(74, 0) + C4),
+    Section("ponticello", C4, cc(74, 127) + C4),
+    Section("free stroke", C4, cc(16, 32) + C4),
+    Section("rest stroke", C4, cc(16, 127) + C4),
+    Section("fingertip", C4, cc(18, 127) + C4),
     Section("hammer-on", run(57, 59), LEGATO + run(57, 59), "hammer-on"),
     Section("pull-off", run(59, 57), LEGATO + run(59, 57), "pull-off"),
     Section("slide", run(52, 57), GLIDE + cc(5, 64) + run(52, 57), "slide"),
@@ -99,8 +99,8 @@ SECTIONS = (
     Section("palm mute", E2, cc(19, 100) + E2, "muted"),
     Section("let ring", CHORD, cc(64, 127) + CHORD + cc(64, 0, start=END_SECONDS)),
     Section("sostenuto", CHORD, CHORD + cc(66, 127, start=0.2) + cc(66, 0, start=END_SECONDS)),
-    Section("soft pedal", A3, cc(67, 127) + A3),
-    Section("volume", A3, cc(7, 64) + A3),
+    Section("soft pedal", C4, cc(67, 127) + C4),
+    Section("volume", C4, cc(7, 64) + C4),
     Section("expression", E2, E2 + ramp("cc", 0.3, 2.0, range(127, 30, -4), 11)),
 )
 
