@@ -19,7 +19,7 @@ TICKS_A_SECOND = 960  # 480 of a quarter note, 120 a minute
 HALF_SECONDS, END_SECONDS = 3.0, 2.4  # of each half; notes are let go after so long, so that the next begins in silence
 VELOCITY = 90
 STRING, RESET = 20, 121  # controllers: the string of the notes to come; almost everything back to where it was
-STAY = {5: 64, 7: 100, 16: 64, 18: 0, 74: 64}  # what RESET leaves as it is, and where the plain note has it
+STAY = {5: 64, 7: 100, 16: 64, 18: 0, 22: 64, 74: 64}  # what RESET leaves as it is, and where the plain note has it
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,8 @@ def quick(*keys, string=4, each=0.1):
 
 ARPEGGIO = (on(48, 5, 0.0, 0.3), on(55, 3, 0.3, 0.6), on(60, 2, 0.6, 0.9), on(64, 1, 0.9, 1.2))
 CHORD = sum(ARPEGGIO, ())
+TOGETHER = sum((on(key, string) for string, key in ((6, 40), (5, 47), (4, 52), (3, 56), (2, 59), (1, 64))), ())
+AGAIN = sum((on(60, 3, 0.25 * k, 0.25 * k + 0.24) for k in range(8)), ())
 TRILL = quick(*(57, 59) * 8)
 UP_AND_BACK = [200 * k / 20 for k in (*range(21), *[20] * 20, *range(20, -1, -1))]
 
@@ -88,6 +90,11 @@ SECTIONS = (
     Section("free stroke", C4, cc(16, 32) + C4),
     Section("rest stroke", C4, cc(16, 127) + C4),
     Section("fingertip", C4, cc(18, 127) + C4),
+    Section("attack", C4, cc(22, 0) + C4),
+    Section("planting", on(60, 3) + on(60, 3, 0.8), cc(26, 127) + on(60, 3) + on(60, 3, 0.8)),
+    Section("strum", TOGETHER, cc(23, 80) + TOGETHER),
+    Section("strum from the treble", TOGETHER, cc(23, 80, 24, 96) + TOGETHER),
+    Section("variation", AGAIN, cc(25, 127) + AGAIN),
     Section("hammer-on", run(57, 59), LEGATO + run(57, 59), "hammer-on"),
     Section("pull-off", run(59, 57), LEGATO + run(59, 57), "pull-off"),
     Section("slide", run(52, 57), GLIDE + cc(5, 64) + run(52, 57), "slide"),
