@@ -317,3 +317,20 @@ def test_keys_of_one_frame_mean_the_same_in_any_order(messages, order, loose):
         outcomes.append((bench.held(), places, log))
         finish(bench)
     assert outcomes[0] == outcomes[1]
+
+
+@pytest.mark.parametrize("back", [1, 30, 400])
+def test_a_half_lift_that_is_taken_back_before_it_began_leaves_no_finger_behind(back):
+    """Found by a storm: the finger that had not lifted was taken for one that had, and stayed under an open string."""
+    bench = Bench()
+    bench.cc(0, cc.STRING, 1)
+    bench.on(0, 69)
+    bench.cc(20_000, cc.LOOSE, 100)
+    bench.cc(20_000 + back, cc.LOOSE, 0)
+    bench.on(20_000 + back + 5, 64)
+    bench.off(40_000, 64)
+    bench.off(40_000, 69)
+    bench.run(20_000 + back + 400)
+    assert bench.strings[5].place == 0.0
+    bench.finish()
+    assert bench.strings[5].place == 0.0 and bench.i[at.S_FINGER + 5] == 0

@@ -49,21 +49,24 @@ def follow_touch(d, i, s, frame):
     timeline_cancel(d, i, s, do.TOUCH, time)
     _ask_touch(d, i, s, time)
     if (loose > 0) != (before > 0):
-        _move_finger(d, i, s)
+        _move_finger(d, i, s, frame)
 
 
 @kernel
-def _move_finger(d, i, s):
-    """The finger lifts, or comes down again, at S_EASED; a glissando goes no further."""
+def _move_finger(d, i, s, frame):
+    """The finger lifts, or comes down again, at S_EASED; a glissando goes no further.
+
+    One that has not lifted yet does not: it stays, or goes on to its fret.
+    """
     time = i[at.S_EASED + s]
-    timeline_cancel(d, i, s, do.LIFT, time)
+    is_down = timeline_cancel(d, i, s, do.LIFT, frame + 1) > 0
     timeline_cancel(d, i, s, do.PRESS, time)
     i[at.S_STEP + s] = 0
     if i[at.S_LOOSE + s] > 0:
         ask(d, i, time, do.LIFT, s, 0.0, i[at.I_EASE_RAMP])
         return
     i[at.S_PRESS + s], i[at.S_LANDING + s] = time, i[at.I_LANDING]
-    i[at.S_STAYS + s] = i[at.S_SPEED + s] = 0
+    i[at.S_STAYS + s], i[at.S_SPEED + s] = i[at.S_FINGER + s] if is_down else 0, 0
     press_string(d, i, s, time)
 
 
