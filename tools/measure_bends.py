@@ -118,7 +118,7 @@ def main(arguments=None):
     parser.add_argument("--plot", metavar="PNG", help="draw bends and pitches into this file (needs matplotlib)")
     parser.add_argument("--json", metavar="FILE", help="write the numbers to this file")
     options = parser.parse_args(arguments)
-    console = Console()
+    console = Console(width=None if sys.stdout.isatty() else 140)
     try:
         followed = follow(all_notes(), options.idle)
         show_followed(followed, options.idle, console)

@@ -133,7 +133,7 @@ def main(arguments=None):
             notes = (last_note(half) for half in (section.plain, section.played))
             results[section.name] = [measure(*half) for half in zip(sounds, notes, strict=True)]
             draw(options.folder / f"{section.name.replace(' ', '_')}.png", section, results[section.name])
-    show(results, Console())
+    show(results, Console(width=None if sys.stdout.isatty() else 140))
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ def run(options, console):
 def main(arguments=None):
     options = parse(arguments)
     try:
-        sys.exit(0 if run(options, Console()) else 1)
+        sys.exit(0 if run(options, Console(width=None if sys.stdout.isatty() else 140)) else 1)
     except UkrtError as error:
         sys.exit(f"stuck_notes: {error}")
 
