@@ -166,3 +166,11 @@ def test_a_closed_pipe_is_no_failure():
     command = f"{sys.executable} -m ukrt presets classical | true"  # true is gone before the first line is written
     done = subprocess.run(["bash", "-c", f"set -o pipefail; {command}"], capture_output=True, text=True, cwd=ROOT)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_words_alone_need_no_compiler_and_no_arrays():
+    """``--help`` and refusals come at once: what computes is imported by the command that is run."""
+    program = "import sys; from ukrt.cli.main import make_parser; make_parser(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    assert "ukrt.cli.doctor" in loaded
+    assert not {"numba", "numpy", "llvmlite", "mido", "soundfile", "matplotlib"} & set(loaded)

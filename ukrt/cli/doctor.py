@@ -19,6 +19,7 @@ from .common import (
     make_engine,
     need_matplotlib,
 )
+from .play_options import DRIVERS
 
 _EPILOG = """\
 Each block size is measured under each stress for --seconds, shared by three callbacks in turns: the instrument with
@@ -38,8 +39,6 @@ STRESSES = ("none", "python", "gc", "gil")
 
 def add_parser(commands):
     """Add the subcommand to the parser."""
-    from ..drivers.doctor.outputs import DRIVERS
-
     parser = add_command(commands, "doctor", "find out why it crackles, and what to do about it", _EPILOG)
     parser.add_argument(
         "--seconds",

@@ -11,7 +11,6 @@ from ukrt.drivers.sound import null
 from ukrt.drivers.sound import portaudio as audio
 from ukrt.errors import DeviceError, MissingExtraError
 
-DRIVERS = ("portaudio", "jack", "null")
 _CLIENT = "ukrt-doctor"
 
 
