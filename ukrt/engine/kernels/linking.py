@@ -77,14 +77,14 @@ class _LowerPart(NativeLowering):
     lowering_class = ShortLower
 
     def run_pass(self, state):
-        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
+        state["library"] = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
         state.targetctx = state.targetctx.subtarget(enable_nrt=False)  # nothing is allocated: no references to count
         state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
         done = super().run_pass(state)
         # Numba knows compiled functions by an object of this kind. Nobody calls this one: its address is 0.
         lowered = state["cr"]
         key = _dynfunc.make_function(sys.modules[__name__], lowered.fndesc.qualname, "", 0, lowered.env, ())
-        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])
+        state.targetctx.insert_user_function(key, lowered.fndesc, [state["library"]])
         state["cr"] = lowered._replace(cfunc=key)
         return done
 
@@ -96,8 +96,8 @@ class _LowerWhole(NativeLowering):
     _name = "lower_whole_of_ukrt"
 
     def run_pass(self, state):
-        state.library = _Whole(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.library.enable_object_caching()
+        state["library"] = _Whole(state.targetctx.codegen(), state.func_id.func_qualname)
+        state["library"].enable_object_caching()
         return super().run_pass(state)
 
 
