@@ -14,7 +14,8 @@ from take_check import FILES, assert_take_is_what_was_heard
 import ukrt.cli.play
 from ukrt.cli import play_parts
 from ukrt.cli.main import main
-from ukrt.cli.play_parts import Way, bundled_piece
+from ukrt.cli.play_parts import Way
+from ukrt.drivers.files.bundled import ROMANCE
 from ukrt.drivers.files.midi import load_midi_file
 from ukrt.drivers.sound.null import NullOutput
 from ukrt.errors import DeviceError
@@ -224,6 +225,6 @@ def test_a_fault_of_the_program_is_reported_and_shown(tmp_path, piece, monkeypat
 
 
 def test_the_bundled_piece_has_two_voices_and_a_minute():
-    score = load_midi_file(bundled_piece())
+    score = load_midi_file(ROMANCE)
     assert score.duration_s >= 60 and score.n_notes > 100 and score.warnings == ()
-    assert pathlib.Path(bundled_piece()).is_relative_to(pathlib.Path(ukrt.__file__).parent)
+    assert pathlib.Path(ROMANCE).is_relative_to(pathlib.Path(ukrt.__file__).parent)

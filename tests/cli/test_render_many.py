@@ -61,6 +61,7 @@ def test_what_would_overwrite_or_meet_is_refused(tmp_path, pieces, capsys):
     twin.write_bytes(pathlib.Path(pieces[0]).read_bytes())
     assert main(["render", pieces[0], str(twin), "-o", str(tmp_path / "out")]) == 2
     assert "would both become piece0.wav" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
     assert main(["render", pieces[0], pieces[1], "-o", pieces[2]]) == 2
     assert "is a file, several renders need a folder" in capsys.readouterr().err
     (tmp_path / "piece1.wav").write_bytes(b"kept")

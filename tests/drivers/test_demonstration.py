@@ -1,11 +1,11 @@
 """The bundled demonstration: what its script writes, and played as it says."""
 
-import importlib.util
 import io
 import pathlib
 
 import numpy as np
 import pytest
+from tool_scripts import load_tool
 
 from ukrt.drivers.files.midi import load_midi_file
 from ukrt.model.presets import load_preset
@@ -17,10 +17,7 @@ PIECE = ROOT / "ukrt" / "data" / "demonstration.mid"
 
 @pytest.fixture(scope="module")
 def script():
-    spec = importlib.util.spec_from_file_location("make_demonstration", ROOT / "tools" / "make_demonstration.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_tool("make_demonstration")
 
 
 @pytest.fixture(scope="module")

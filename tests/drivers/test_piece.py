@@ -1,11 +1,11 @@
 """The bundled piece: what its script writes, long enough, in voices, and in a guitarist's reach at every moment."""
 
-import importlib.util
 import io
 import pathlib
 
 import numpy as np
 import pytest
+from tool_scripts import load_tool
 
 from ukrt.drivers.files.midi import load_midi_file
 
@@ -15,10 +15,7 @@ PIECE = ROOT / "ukrt" / "data" / "romance.mid"
 
 @pytest.fixture(scope="module")
 def script():
-    spec = importlib.util.spec_from_file_location("make_piece", ROOT / "tools" / "make_piece.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_tool("make_piece")
 
 
 def test_the_script_reproduces_the_file(script):

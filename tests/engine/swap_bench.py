@@ -8,7 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from ukrt.engine import controller_layout as cc
 from ukrt.engine import layout as at
+from ukrt.engine import player_layout as player_at
 from ukrt.engine.instance import Instance
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.player import player_message
@@ -90,3 +92,19 @@ def energy_above(signal, hz, rate=RATE):
     """Energy of a signal above a frequency, windowed so that its ends do not count."""
     spectrum = np.fft.rfft(signal * np.hanning(len(signal)))
     return float(np.sum(np.abs(spectrum[np.fft.rfftfreq(len(signal), 1.0 / rate) > hz]) ** 2))
+
+
+def sound_through_a_swap(one, other, messages, channels):
+    """Play ``messages`` with a swap from ``one`` to ``other`` in their midst, let go, and listen: then there is
+    silence, and no note is left. Returns the sound (n,)."""
+    end = messages[-1][0] + 1000
+    for channel in range(channels):
+        messages = [*messages, (end, 0xB0 | channel, cc.PEDAL, 0), (end, 0xB0 | channel, cc.NOTES_OFF, 0)]
+    half = end // 2
+    first = play(one, 0, half, messages)
+    swap(one, other, half)
+    sound = np.concatenate([first, play(other, half, end + 240000 - half, messages)])[:, 0]
+    assert np.abs(sound).max() < 400.0
+    assert counters(other)["gestures_refused"] == 0 and not other.i[player_at.S_STATE : player_at.S_STATE + 6].any()
+    assert np.mean(sound[-4800:] ** 2) < 1e-6 * np.mean(sound[:end] ** 2)
+    return sound

@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine.bench import add, classical, fret_place, on_bench
-from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
-from engine.swap_bench import RATE, counters, energy_above, instance, play, swap
+from engine.balance import check_balance
+from engine.bench import classical, fret_place
+from engine.swap_bench import RATE, energy_above, instance, play, sound_through_a_swap
 
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import gestures
 from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
-from ukrt.engine.kernels.energy import total_energy
 from ukrt.model.presets import load_preset
 
 LOW_E, D, HIGH_E = 0, 2, 5
@@ -57,18 +56,7 @@ def test_what_hands_bring_is_their_work(name, s):
 
     Pseudo-modes that are made anew just after a kink was let go, when they move most, weigh its velocity a little anew.
     """
-    d, i = on_bench(classical())
-    for frame, kind, _, *numbers in _scripts(GUITAR, s)[name]:
-        add(d, i, frame, kind, s, *numbers)
-    ledger, saved = np.zeros(8), np.zeros(at.D_SIZE)
-    metered_steps(d, i, 8000, ledger, saved)
-    put_in = ledger[PLUCK] + ledger[CONSTRAINT]
-    assert put_in > 1e-5
-    assert ledger[LARGEST_ERROR] < 1e-10 * ledger[LARGEST_ENERGY]
-    assert ledger[JUMP_UP] < 1e-6 * put_in
-    kept = total_energy(d, i) + ledger[LOSS] - put_in
-    assert abs(kept - ledger[JUMP_UP] + ledger[JUMP_DOWN]) < 1e-9 * put_in
-    assert kept < 1e-7 * put_in
+    check_balance(classical(), s, _scripts(GUITAR, s)[name], 8000)
 
 
 def _level(messages, start, n=9600):
@@ -277,13 +265,4 @@ def test_any_messages_are_played_and_then_all_is_silent(seed):
     """Nothing that is no number, nothing loud beyond reason, no stuck note, and silence; a swap in their midst, too."""
     one, other = instance(GUITAR), instance(load_preset("drop-d"))
     messages = list(_any_messages(np.random.default_rng(seed), 500))
-    end = messages[-1][0] + 1000
-    for channel in range(3):
-        messages += [(end, CONTROL | channel, cc.PEDAL, 0), (end, CONTROL | channel, cc.NOTES_OFF, 0)]
-    half = end // 2
-    first = play(one, 0, half, messages)
-    swap(one, other, half)
-    sound = np.concatenate([first, play(other, half, end + 240000 - half, messages)])[:, 0]
-    assert np.abs(sound).max() < 400.0
-    assert counters(other)["gestures_refused"] == 0 and not other.i[player.S_STATE : player.S_STATE + 6].any()
-    assert np.mean(sound[-4800:] ** 2) < 1e-6 * np.mean(sound[:end] ** 2)
+    sound_through_a_swap(one, other, messages, 3)

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from engine.bench import add, classical, on_bench
-from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
-from engine.swap_bench import RATE, counters, energy_above, instance, note_log, play, swap
+from engine.balance import check_balance
+from engine.bench import add, classical
+from engine.swap_bench import RATE, counters, energy_above, instance, note_log, play, sound_through_a_swap, swap
 
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import gestures, layout
 from ukrt.engine import player_layout as at
-from ukrt.engine.kernels.energy import total_energy
 from ukrt.model.presets import load_preset
 from ukrt.playing.rules import attack_times, strum_times
 
@@ -40,18 +39,9 @@ def test_what_the_right_hand_brings_is_its_work(name, s, shape):
 
     A port that is made while the string moves fast weighs the pseudo-modes' velocity a little anew (2e-5 of all).
     """
-    d, i = on_bench(replace(classical(), pluck=replace(GUITAR.pluck, shape=shape)))
-    for frame, kind, _, *numbers in _scripts(s)[name]:
-        add(d, i, frame, kind, s, *numbers)
-    ledger, saved = np.zeros(8), np.zeros(layout.D_SIZE)
-    metered_steps(d, i, 6000, ledger, saved)
-    put_in = ledger[PLUCK] + ledger[CONSTRAINT]
-    assert put_in > 1e-5
-    assert ledger[LARGEST_ERROR] < 1e-10 * ledger[LARGEST_ENERGY]
-    assert ledger[JUMP_UP] < (2e-5 if name == "planted pluck that pulls late" else 1e-6) * put_in
-    kept = total_energy(d, i) + ledger[LOSS] - put_in
-    assert abs(kept - ledger[JUMP_UP] + ledger[JUMP_DOWN]) < 1e-9 * put_in
-    assert kept < 1e-7 * put_in
+    guitar = replace(classical(), pluck=replace(GUITAR.pluck, shape=shape))
+    jump_up = 2e-5 if name == "planted pluck that pulls late" else 1e-6
+    check_balance(guitar, s, _scripts(s)[name], 6000, jump_up)
 
 
 def _partials(guitar, messages, hz, start=1000, n=24000):
@@ -183,15 +173,6 @@ def test_any_messages_are_played_and_then_all_is_silent(seed):
     """Nothing that is no number, no stuck note or touch, and silence; a swap to another sample rate in their midst."""
     one, other = instance(GUITAR), instance(load_preset("drop-d"), 44100.0)
     messages = list(_any_messages(np.random.default_rng(seed), 400))
-    end = messages[-1][0] + 1000
-    for channel in range(2):
-        messages += [(end, CONTROL | channel, cc.PEDAL, 0), (end, CONTROL | channel, cc.NOTES_OFF, 0)]
-    half = end // 2
-    first = play(one, 0, half, messages)
-    swap(one, other, half)
-    sound = np.concatenate([first, play(other, half, end + 240000 - half, messages)])[:, 0]
-    assert np.abs(sound).max() < 400.0
-    assert counters(other)["gestures_refused"] == 0 and not other.i[at.S_STATE : at.S_STATE + 6].any()
-    assert np.mean(sound[-4800:] ** 2) < 1e-6 * np.mean(sound[:end] ** 2)
+    sound_through_a_swap(one, other, messages, 2)
     assert all(other.d[layout.STRING + s * layout.STRING_D_SIZE + layout.S_TOUCH_PLACE] == 0.0 for s in range(6))
     assert len(note_log(other)) > 100

@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from engine.bench import add, classical, fret_place, on_bench
-from engine.meter import CONSTRAINT, JUMP_DOWN, JUMP_UP, LARGEST_ENERGY, LARGEST_ERROR, LOSS, PLUCK, metered_steps
+from engine.balance import check_balance
+from engine.bench import classical, fret_place
 from engine.swap_bench import RATE, counters, energy_above, instance, note_log, play, swap
 
 from ukrt.engine import controller_layout as cc
 from ukrt.engine import gestures
-from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
-from ukrt.engine.kernels.energy import total_energy
 from ukrt.model.presets import load_preset
 
 LOW_E, HIGH_E = 0, 5
@@ -44,17 +42,7 @@ def _scripts(g, s):
 @pytest.mark.parametrize("name", _scripts(GUITAR, LOW_E))
 def test_what_the_left_hand_brings_is_its_work(name, s):
     """Every sample balances to rounding, changes of ports only take, and no more is there than was put in."""
-    d, i = on_bench(classical())
-    for frame, kind, _, *numbers in _scripts(GUITAR, s)[name]:
-        add(d, i, frame, kind, s, *numbers)
-    ledger, saved = np.zeros(8), np.zeros(at.D_SIZE)
-    metered_steps(d, i, 8000, ledger, saved)
-    put_in = ledger[PLUCK] + ledger[CONSTRAINT]
-    assert put_in > 1e-5 and ledger[LARGEST_ERROR] < 1e-10 * ledger[LARGEST_ENERGY]
-    assert ledger[JUMP_UP] < 1e-6 * put_in
-    kept = total_energy(d, i) + ledger[LOSS] - put_in
-    assert abs(kept - ledger[JUMP_UP] + ledger[JUMP_DOWN]) < 1e-9 * put_in
-    assert kept < 1e-7 * put_in
+    check_balance(classical(), s, _scripts(GUITAR, s)[name], 8000)
 
 
 def _force(messages, n, slowly=False):

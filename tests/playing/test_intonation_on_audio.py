@@ -4,13 +4,13 @@ The table of all notes is made by tools/measure_intonation.py.
 """
 
 import functools
-import importlib.util
 import json
 import pathlib
 
 import numpy as np
 import pytest
 from measure.forced_notes import after_release, forced_note, note_pitch
+from tool_scripts import load_tool
 
 from ukrt.engine.engine import Engine
 from ukrt.model.presets import load_preset
@@ -57,10 +57,9 @@ def test_a_forced_note_is_the_note_that_midi_plays(midi):
 
 
 def test_the_tool_writes_the_notes_it_was_asked_for(tmp_path, capsys):
-    spec = importlib.util.spec_from_file_location("measure_intonation", ROOT / "tools" / "measure_intonation.py")
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    tool.main(["--preset", "drop-d", "--frets", "0,7", "--json", str(tmp_path / "notes.json")])
+    load_tool("measure_intonation").main(
+        ["--preset", "drop-d", "--frets", "0,7", "--json", str(tmp_path / "notes.json")]
+    )
     report = json.loads((tmp_path / "notes.json").read_text())
     notes = report["idle"]["damped"]["notes"]
     assert [note["midi"] for note in notes] == [38, 45, 45, 52, 50, 57, 55, 62, 59, 66, 64, 71]

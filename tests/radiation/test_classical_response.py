@@ -1,10 +1,8 @@
 """The shipped response: made by its generator, the preset's modes in it, its level and decay."""
 
-import importlib.util
-import pathlib
-
 import numpy as np
 import pytest
+from tool_scripts import load_tool
 
 from ukrt.model.presets import load_preset
 from ukrt.radiation.impulse_response import impulse_response_names, load_impulse_response
@@ -19,11 +17,7 @@ def response():
 
 @pytest.fixture(scope="module")
 def generator():
-    path = pathlib.Path(__file__).resolve().parents[2] / "tools" / "make_impulse_response.py"
-    specification = importlib.util.spec_from_file_location("make_impulse_response", path)
-    module = importlib.util.module_from_spec(specification)
-    specification.loader.exec_module(module)
-    return module
+    return load_tool("make_impulse_response")
 
 
 def spectrum(samples, points=1 << 18):

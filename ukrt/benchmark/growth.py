@@ -11,6 +11,7 @@ from ..radiation.impulse_response import load_impulse_response
 from .cases import G_MAJOR, OPEN, VELOCITY, chord_keys
 
 RATE, BLOCK = 48000, 128
+CONTACT_STEP = 0.004  # m between the contacts of a finger, as in the preset classical
 SECONDS, REPETITIONS = 0.25, 9  # of sound in one measurement; the quickest of so many counts
 
 
@@ -99,7 +100,7 @@ def _with_strings(guitar, count):
 
 def _with_contacts(guitar, count):
     contacts = guitar.finger.contacts[:1] + tuple(
-        dataclasses.replace(guitar.finger.contacts[0], offset=-0.004 * n, rigid=False) for n in range(1, count)
+        dataclasses.replace(guitar.finger.contacts[0], offset=-CONTACT_STEP * n, rigid=False) for n in range(1, count)
     )
     finger = dataclasses.replace(guitar.finger, contacts=contacts)
     damper = dataclasses.replace(guitar.damper, places=guitar.damper.places[:1])

@@ -1,11 +1,11 @@
 """The whole engine, block by block: cases enter, times real time and quantiles of the blocks' times leave."""
 
 import dataclasses
-import pathlib
 import time
 
 import numpy as np
 
+from ..drivers.files.bundled import ROMANCE
 from ..drivers.files.midi import load_midi_file
 from ..engine.engine import Engine
 from ..radiation.impulse_response import load_impulse_response
@@ -14,7 +14,6 @@ from .cases import VELOCITY, chord_keys, guitar_of
 RESPONSE_SECONDS = 0.5
 RUNS = 5
 QUANTILES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999, "max": 1.0}
-PIECE = pathlib.Path(__file__).resolve().parents[1] / "data" / "romance.mid"
 
 
 def measure_cases(cases, guitar, rate, block, seconds, runs=RUNS, progress=lambda: None):
@@ -130,7 +129,7 @@ def _chord(case, guitar, rate):
 
 def _piece(rate):
     """The bundled piece, in the same form."""
-    score = load_midi_file(PIECE)
+    score = load_midi_file(ROMANCE)
     columns = (np.rint(score.time_s * rate), score.status, score.data1, score.data2)
     messages = [tuple(int(value) for value in row) for row in zip(*columns, strict=True)]
     return messages, int(round(score.duration_s * rate)) + 1

@@ -11,9 +11,9 @@ from .common import (
     add_guitar_options,
     add_rate_option,
     add_tuning_options,
-    announce_compiling,
     load_guitar,
     make_console,
+    need_compiled,
     need_matplotlib,
     number,
 )
@@ -65,7 +65,7 @@ def run(args):
     _check(args)
     older = read_report(args.compare) if args.compare else None
     guitar = load_guitar(args)
-    announce_compiling("callback")
+    need_compiled(guitar)
     if args.growth:
         return _run_growth(args, guitar)
     report = _measure(args, _chosen(args.cases), guitar)

@@ -6,9 +6,8 @@ import math
 import pathlib
 import sys
 
+from ..drivers.files.bundled import FOLDER, bundled_pieces
 from ..errors import MissingExtraError, ParameterError, UkrtError
-
-PIECES = pathlib.Path(__file__).resolve().parents[1] / "data"  # MIDI files that come with the package
 
 
 class UsageError(UkrtError):
@@ -141,15 +140,14 @@ def add_guitar_options(parser):
 def piece(text):
     """An argument type: a MIDI file, or the name of one that comes with the package where no file is called so; gives
     its path (str)."""
-    bundled = {path.stem: str(path) for path in PIECES.glob("*.mid")}
-    return text if pathlib.Path(text).exists() else bundled.get(text, text)
+    return text if pathlib.Path(text).exists() else str(bundled_pieces().get(text, text))
 
 
 def sound_of(midi):
     """Where the sound of a MIDI file goes if nobody says: beside it, or what comes with the package to the current
     folder (Path)."""
     midi = pathlib.Path(midi)
-    return (pathlib.Path(midi.name) if midi.parent == PIECES else midi).with_suffix(".wav")
+    return (pathlib.Path(midi.name) if midi.parent == FOLDER else midi).with_suffix(".wav")
 
 
 def add_rate_option(parser, default, words):

@@ -6,11 +6,11 @@ import sys
 import time
 from dataclasses import asdict
 
+from ..drivers.files.bundled import ROMANCE
 from ..errors import UkrtError
 from .common import add_command, say
 from .play_options import add_options, check_options
 from .play_parts import (
-    bundled_piece,
     find_controllers,
     find_way,
     fingered_piece,
@@ -170,7 +170,7 @@ class Playing:
         self._turn()
         if any(source.ports() for source in session.midi_sources):
             return
-        path = bundled_piece()
+        path = ROMANCE
         self._piece, self._fingering = fingered_piece(path, self._guitar, args.fingering)
         self._demo = True
         session.player = make_player(args, self._engine, self._piece, None)

@@ -5,7 +5,7 @@ import pathlib
 from dataclasses import dataclass
 
 from ..errors import DeviceError
-from .common import PIECES, UsageError
+from .common import UsageError
 
 DEFAULT_RATE, DEFAULT_BLOCK = 48000.0, 128
 
@@ -161,11 +161,6 @@ def fingered_piece(path, guitar, choice):
     from ..playing.written_fingering import choose_fingering
 
     return choose_fingering(load_midi_file(path), guitar, choice or "look-ahead")
-
-
-def bundled_piece():
-    """The piece that is played for want of anything else (Path)."""
-    return PIECES / "romance.mid"
 
 
 def make_player(args, engine, score, session_output):

@@ -24,13 +24,12 @@ def choose_jobs(wanted, files):
 
 
 def check_folder(path):
-    """The folder of ``-o`` for several files (Path), made where only it is missing."""
+    """The folder of ``-o`` for several files (Path), which may be missing itself."""
     path = pathlib.Path(path)
     if path.exists() and not path.is_dir():
         raise UsageError(f"-o {path}: is a file, several renders need a folder")
     if not path.absolute().parent.is_dir():
         raise UsageError(f"-o {path}: there is no folder {path.absolute().parent} to make it in")
-    path.mkdir(exist_ok=True)
     return path
 
 
@@ -49,6 +48,8 @@ def plan(args):
             raise UsageError(f"{sources[target]} and {midi} would both become {target.name}; render them apart")
         sources[target] = midi
         plans.append(one)
+    if folder:  # not before all are known to be possible
+        folder.mkdir(exist_ok=True)
     return plans
 
 
