@@ -5,7 +5,6 @@ The table of all notes is made by tools/measure_intonation.py.
 
 import functools
 import json
-import pathlib
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from tool_scripts import load_tool
 from ukrt.engine.engine import Engine
 from ukrt.model.presets import load_preset
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
 LOUDEST = 1.0  # N: what counts as a soft note
 LIMIT = 0.5  # cents
 # String and fret. Fundamentals that a body mode takes away fast: F3 and F#3 (0.13 to 2.4), F2 and F#2 beside the air
