@@ -35,6 +35,9 @@ from ukrt.engine.kernels.convolve_layout import (
     OP_MIDDLE,
     OP_PRODUCT,
     OP_TILES,
+    OP_UNTILE,
+    OP_WHOLE,
+    OP_WHOLE_BACK,
     PARTITIONS,
     PRODUCT,
     PROGRAM,
@@ -60,14 +63,17 @@ from ukrt.engine.kernels.convolve_vector import add_newest, clear_group, copy_gr
 from ukrt.engine.kernels.fft import (
     fft_angles,
     fft_first_pass,
+    fft_forward_64,
     fft_forward_pass,
     fft_from_tiles,
+    fft_inverse_64_add,
     fft_inverse_pass,
     fft_last_pass,
+    fft_place,
     fft_table,
     fft_to_tiles,
 )
-from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.jit import inlined, kernel
 
 
 def convolver_size(n_taps):
@@ -167,42 +173,51 @@ def _multiply(v, vi, record, block_end, missing, first, stop):
             add_newest(v, x + 32 * newest, h, later, sums)
 
 
+@inlined
+def _tail_place(vi, side, frame):
+    """Where what has been summed up for ``frame`` stands."""
+    length = vi[TAIL_LENGTH]
+    return vi[TAIL] + fft_place(length) * side + fft_place(frame & (length - 1))
+
+
 @kernel
 def _run_step(v, vi, record, step, block_end, missing):
     """One step of a level's programme for the input block that ended before frame ``block_end``."""
     size, partitions = vi[record + SIZE], vi[record + PARTITIONS]
     op, channel, stride, table = vi[step + OP], vi[step + CHANNEL], vi[step + STRIDE], vi[step + TABLE]
     first, stop = vi[step + FIRST], vi[step + STOP]
-    work = vi[record + WORK] + 2 * size * channel
-    newest = -(block_end // size) % partitions
-    if op == OP_FIRST:
-        ring = vi[IN_LENGTH]
-        x = vi[IN_RING] + (BLOCK + ring) * channel + ((block_end - size) & (ring - 1))
+    work = vi[record + WORK] + 2 * fft_place(size) * channel
+    tiles = vi[record + INPUTS] + 32 * (-(block_end // size) % partitions) + 16 * channel
+    ring, heard = vi[IN_LENGTH], block_end + vi[record + DELAY]
+    x = vi[IN_RING] + (BLOCK + ring) * channel + ((block_end - size) & (ring - 1))
+    y, second = _tail_place(vi, channel, heard), _tail_place(vi, channel, heard + size)
+    if op == OP_WHOLE:
+        fft_forward_64(v, x, tiles, stride, table)
+    elif op == OP_FIRST:
         fft_first_pass(v, x, work, size, RADIX, table, first, stop)
     elif op == OP_MIDDLE:
         fft_forward_pass(v, work, size, stride, table, first, stop)
     elif op == OP_TILES:
-        fft_to_tiles(v, work, vi[record + INPUTS] + 32 * newest + 16 * channel, size, stride, table, first, stop)
+        fft_to_tiles(v, work, tiles, size, stride, table, first, stop)
     elif op == OP_PRODUCT:
         _multiply(v, vi, record, block_end, missing, first, stop)
+    elif op == OP_UNTILE:
+        fft_from_tiles(v, vi[record + PRODUCT] + 16 * channel, work, size, stride, table, first, stop)
     elif op == OP_BACK:
         fft_inverse_pass(v, work, size, stride, table, first, stop)
     elif op == OP_ADD:
-        length = vi[TAIL_LENGTH]
-        tail, heard = vi[TAIL] + length * channel, block_end + vi[record + DELAY]
-        y, second = tail + (heard & (length - 1)), tail + ((heard + size) & (length - 1))
         fft_last_pass(v, work, y, second, size, RADIX, table, first, stop)
     else:
-        fft_from_tiles(v, vi[record + PRODUCT] + 16 * channel, work, size, stride, table, first, stop)
+        fft_inverse_64_add(v, vi[record + PRODUCT] + 16 * channel, y, second, stride, table)
 
 
 @kernel
 def _finish_block(v, vi, frame):
     """The share of all levels that falls to the block of 64 frames that ended before ``frame``."""
-    tail = vi[TAIL] + ((frame - BLOCK) & (vi[TAIL_LENGTH] - 1))
-    for at in range(0, BLOCK, GROUP):
-        clear_group(v, tail + at)
-        clear_group(v, tail + vi[TAIL_LENGTH] + at)
+    for side in (0, 1):
+        tail = _tail_place(vi, side, frame - BLOCK)
+        for at in range(0, BLOCK, GROUP):
+            clear_group(v, tail + at)
     for level in range(vi[LEVELS]):
         record = HEADER + RECORD * level
         size = vi[record + SIZE]
@@ -212,7 +227,7 @@ def _finish_block(v, vi, frame):
         for step in range(vi[place], vi[place + 1], STEP):
             if not (dropped and vi[step + OP] >= OP_PRODUCT):
                 _run_step(v, vi, record, step, frame - into, vi[DROP + level] & MISSING != 0)
-            if vi[step + OP] == OP_ADD and not dropped:
+            if vi[step + OP] >= OP_ADD and not dropped:
                 vi[DROP + level] |= HEARD
 
 
@@ -232,16 +247,16 @@ def convolve_chunk(v, vi, frame0, n, inp, in0, out, out0):
     Bass at ``inp[in0 + k]``, treble at ``inp[in0 + 64 + k]`` [N]; left at ``out[out0 + k]``, right 64 further on [Pa].
     """
     start = frame0 & (BLOCK - 1)
-    length, tail_length = vi[IN_LENGTH], vi[TAIL_LENGTH]
+    length, to_right = vi[IN_LENGTH], fft_place(vi[TAIL_LENGTH])
     at = frame0 & (length - 1)
     ring, to_treble = vi[IN_RING] + at, BLOCK + length
     for end in (0, 1):
         _move(v, ring + to_treble * end, inp, in0 + BLOCK * end, n)
         if at >= length - BLOCK:  # what stands before the ring is its end
             _move(v, ring + to_treble * end - length, inp, in0 + BLOCK * end, n)
-    tail, sums = vi[TAIL] + (frame0 & (tail_length - 1)), vi[SUMS] + start
+    tail, sums = _tail_place(vi, 0, frame0), vi[SUMS] + start
     for k in range(-(start % GROUP), n, GROUP):
-        head_of_group(v, ring + k, to_treble, vi[HEAD], tail + k, tail_length, sums + k)
+        head_of_group(v, ring + k, to_treble, vi[HEAD], tail + k, to_right, sums + k)
     for side in (0, 1):
         _move(out, out0 + BLOCK * side, v, sums + BLOCK * side, n)
     if start + n == BLOCK:
