@@ -37,7 +37,6 @@ from ukrt.engine.kernels.convolve_layout import (
     OP_TILES,
     OP_UNTILE,
     OP_WHOLE,
-    OP_WHOLE_BACK,
     PARTITIONS,
     PRODUCT,
     PROGRAM,
