@@ -40,6 +40,15 @@ def _dot(v, first, second, n_chains=2):
     return _total(v, [chain for chain in chains if chain is not ZERO])
 
 
+def _load_inverse(v, lane, n_ports):
+    """V, of which the upper half is enough."""
+
+    def load(j, k):
+        return v.load(v.index(at.V + (j * at.PORTS + k) * _ROWS + lane))
+
+    return [[load(min(j, k), max(j, k)) for k in range(n_ports)] for j in range(n_ports)]
+
+
 def _eliminate(v, group, n_ports, n_strings):
     """Solve the rows of one group of strings up to the bridge's motion: its force there is ``stiff y - held_back``.
 
@@ -56,7 +65,7 @@ def _eliminate(v, group, n_ports, n_strings):
         start = at.ACC + place * at.ACC_STRIDE + 64 * group
         return v.fold([v.load(v.index(start + 8 * s)) for s in range(n_strings)])
 
-    inverse = [[load(at.V + j * at.PORTS * _ROWS, k) for k in range(n_ports)] for j in range(n_ports)]
+    inverse = _load_inverse(v, lane, n_ports)
     u_y, u_z = zip(*(gather(2 * j + 1) for j in range(n_ports)), strict=True)
     v_y, v_z = ([_dot(v, row, u) for row in inverse] for u in (u_y, u_z))
     sigma, psi, along = load(at.SIGMA), load(at.PSI), load(at.XI)
