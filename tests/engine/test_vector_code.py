@@ -27,7 +27,7 @@ def machine_code(triple, processor, n_extra):
     """Assembly of the sweep of a string with ``n_extra`` columns beside the bridge's."""
     module = ir.Module()
     module.triple = triple
-    kind = ir.FunctionType(ir.VoidType(), [DOUBLE.as_pointer(), INT, INT, INT])
+    kind = ir.FunctionType(ir.VoidType(), [DOUBLE.as_pointer(), *[INT] * 4])
     function = ir.Function(module, kind, "sweep")
     builder = ir.IRBuilder(function.append_basic_block())
     make_sweep(n_extra).emit(Vectors(builder, function.args[0]), *function.args[1:])

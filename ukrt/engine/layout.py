@@ -3,8 +3,9 @@
 This is the one place that knows offsets. They are plain module-level integers, so Numba freezes them into the compiled
 code; capacities are fixed, so that a host can allocate an instance from these numbers alone.
 
-The modes of all strings stand in tiles of four: a state tile is ``x[k]`` (4 Y, 4 Z) then ``x*[k+1]`` (4 Y, 4 Z); a
-coefficient tile is ``a b D`` then up to seven port columns, four modes each, shared by both polarizations.
+The modes of all strings stand in tiles of four: a state tile is ``D x[k]`` (4 Y, 4 Z) then ``x*[k+1]`` (4 Y, 4 Z); a
+coefficient tile is ``a b/D D`` then up to seven port columns, four modes each, shared by both polarizations. A string's
+last two tiles are its pseudo-modes, which have no D: there ``x[k]`` and ``b`` stand (kernels/motion.py).
 """
 
 # Capacities ----------------------------------------------------------------------------------------------------------
@@ -22,10 +23,11 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 # Tiles ---------------------------------------------------------------------------------------------------------------
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
-COEF_A, COEF_B, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
+COEF_A, COEF_BACK, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
 COEF_ERROR = 40  # the step's error of each mode at the matching frequencies: MATCHES x (real, loss), see residual.py
 MATCHES = 2
-COEF_TILE = 56  # seven cache lines
+COEF_B = 56  # what only hands and meters ask for
+COEF_TILE = 60  # no power of two, so that tiles do not meet in the same sets of the cache
 
 
 def _sections(start, sizes):

@@ -24,6 +24,7 @@ from ukrt.engine.kernels.linalg import (
     turn_rows,
     whiten,
 )
+from ukrt.engine.kernels.motion import former_position, place_mode, position, set_flow
 
 M_STATIC, M_OLD, M_CROSS, M_REAL, M_LOSS = (at.SCRATCH + 64 * k for k in (0, 1, 2, 3, 5))  # the last two: MATCHES each
 V_MOVED = at.SCRATCH + 448  # residual displacement of the old ports: Y now, Y before, Z now, Z before; 8 each
@@ -85,10 +86,8 @@ def remember_residual(d, i, s, n_old):
             column = d[c + at.COEF_COLUMNS + 4 * port]
             if column != 0.0:
                 for half in range(2):
-                    now = d[x + 4 * half]
-                    before = (d[x + 8 + 4 * half] - d[c + at.COEF_A] * now) / d[c + at.COEF_B]
-                    d[V_MOVED + 16 * half + port] += column * now
-                    d[V_MOVED + 16 * half + 8 + port] += column * before
+                    d[V_MOVED + 16 * half + port] += column * position(d, x + 4 * half, c)
+                    d[V_MOVED + 16 * half + 8 + port] += column * former_position(d, x + 4 * half, c)
 
 
 @kernel
@@ -186,13 +185,12 @@ def _place_mode(d, i, s, mode, j, n_ports, share, square, decay):
     root, part = math.sqrt(1.0 - a - b), math.sqrt(share)
     own = at.STRING + s * at.STRING_D_SIZE
     d[own + at.S_PSEUDO + mode], d[own + at.S_PSEUDO_WEIGHT + mode] = float(j), root * part
-    d[c + at.COEF_A], d[c + at.COEF_B] = a, b
+    set_flow(d, c, a, b, 0.0)
     for port in range(n_ports):
         d[c + at.COEF_COLUMNS + 4 * port] = root * part * d[M_STATIC + ROW * port + j]
     for half in range(2):
         now, before = part * d[V_MOVED + 16 * half + j] / root, part * d[V_MOVED + 16 * half + 8 + j] / root
-        d[x + 4 * half] = now
-        d[x + 8 + 4 * half] = a * now + b * before
+        place_mode(d, x + 4 * half, c, now, before)
 
 
 @kernel

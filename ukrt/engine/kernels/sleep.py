@@ -12,6 +12,7 @@ from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.linalg import ROW, cholesky, solve_lower, solve_upper
 from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.motion import place_mode
 from ukrt.engine.kernels.ports import (
     count_contacts,
     invert_ports,
@@ -158,8 +159,7 @@ def _follow_bridge(d, i, s):
             for j in range(n):
                 pushed += d[c + at.COEF_COLUMNS + 4 * j + lane] * d[_FORCES + j]
             shape = pushed / (1.0 - a - b)
-            d[x + lane] = shape * now
-            d[x + 8 + lane] = shape * (a * now + b * before)
+            place_mode(d, x + lane, c + lane, shape * now, shape * before)
             d[x + 4 + lane] = d[x + 12 + lane] = 0.0
 
 

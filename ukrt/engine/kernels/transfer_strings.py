@@ -10,6 +10,7 @@ from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.motion import foresee, position
 from ukrt.engine.kernels.ports import refit_string
 from ukrt.engine.kernels.residual import V_MOVED, X_OLD, cut_receptance, rebuild_residual, remember_residual
 from ukrt.engine.kernels.transfer_hands import carry_hands, carry_slide
@@ -126,10 +127,10 @@ def _carry_modes(d0, i0, d1, i1, s):
             now, coming = held1, (a1 + b1) * held1
             if n < common:
                 held0 = _held(d0, c0, (at.LAM_Y if half == 0 else at.LAM_Z) + s, at.LANES)
-                now, coming = d0[x0 + 4 * half], d0[x0 + 8 + 4 * half]
+                now, coming = position(d0, x0 + 4 * half, c0), d0[x0 + 8 + 4 * half]
                 a0, b0 = d0[c0 + at.COEF_A], d0[c0 + at.COEF_B]
                 now, coming = carry_mode(now, coming, held0, held1, a0, b0, a1, b1)
-            d1[x1 + 4 * half], d1[x1 + 8 + 4 * half] = now, coming
+            foresee(d1, x1 + 4 * half, c1, now, coming)
 
 
 @kernel
