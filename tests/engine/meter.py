@@ -8,7 +8,7 @@ left between two samples are the jumps at gestures: new ports, lifted fingers, c
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.motion import position
+from ukrt.engine.kernels.motion import flow_back, position
 from ukrt.engine.kernels.ports import count_contacts
 from ukrt.engine.kernels.process import perform_due
 from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
@@ -65,7 +65,7 @@ def _book_jump(ledger, jump):
 def _older(d, saved, x, c):
     """Where a mode was before the states in ``saved``: one sample earlier than ``saved`` has it."""
     now = saved[x] / d[c + at.COEF_D] if d[c + at.COEF_D] != 0.0 else saved[x]
-    return (saved[x + 8] - d[c + at.COEF_A] * now) / d[c + at.COEF_B]
+    return (saved[x + 8] - d[c + at.COEF_A] * now) / flow_back(d, c)
 
 
 @kernel
@@ -77,7 +77,7 @@ def _string_books(d, i, s, saved):
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
         for lane in range(8):
-            b = d[c + at.COEF_B + lane % 4]
+            b = flow_back(d, c + lane % 4)
             if b == 0.0:
                 continue
             step = position(d, x + lane, c + lane % 4) - _older(d, saved, x + lane, c + lane % 4)
@@ -110,7 +110,7 @@ def _bridge_work(d, i, saved):
         for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
             x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
             for lane in range(8):
-                if d[c + at.COEF_B + lane % 4] != 0.0:
+                if flow_back(d, c + lane % 4) != 0.0:
                     step = position(d, x + lane, c + lane % 4) - _older(d, saved, x + lane, c + lane % 4)
                     force = d[(at.LAM_Y if lane < 4 else at.LAM_Z) + s]
                     work += 0.5 * force * d[c + at.COEF_COLUMNS + lane % 4] * step

@@ -24,10 +24,9 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
 COEF_A, COEF_BACK, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
-COEF_ERROR = 40  # the step's error of each mode at the matching frequencies: MATCHES x (real, loss), see residual.py
 MATCHES = 2
-COEF_B = 56  # what only hands and meters ask for
-COEF_TILE = 60  # no power of two, so that tiles do not meet in the same sets of the cache
+COEF_TILE = 40  # five cache lines and nothing that the sweep does not want: all strings' tiles stay in the first cache
+ERROR_TILE = 16  # the step's error of four modes at the matching frequencies: MATCHES x (real, loss), see residual.py
 
 
 def _sections(start, sizes):
@@ -94,6 +93,7 @@ _D, D_SIZE = _sections(
     {
         "STATE": MAX_TILES * STATE_TILE,
         "COEF": MAX_TILES * COEF_TILE,
+        "ERROR": MAX_TILES * ERROR_TILE,
         "ACC": SUMS * ACC_STRIDE,
         "V": PORTS * PORTS * LANES,  # (A G A^T)^-1 of each string
         "LAM_Y": COLUMNS * LANES,

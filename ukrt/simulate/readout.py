@@ -6,7 +6,7 @@ the energy between k - 1 and k; afterwards the forces of sample k and the energy
 
 from ..engine import layout as at
 from ..engine.kernels.jit import kernel
-from ..engine.kernels.motion import position
+from ..engine.kernels.motion import flow_back, position
 from ..engine.kernels.ports import count_contacts
 
 
@@ -57,7 +57,7 @@ def add_energies(d, i, row, energies):
             x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
             for lane in range(8):
                 own = c + lane % 4
-                a, b, now = d[own + at.COEF_A], d[own + at.COEF_B], position(d, x + lane, own)
+                a, b, now = d[own + at.COEF_A], flow_back(d, own), position(d, x + lane, own)
                 energies[row, lane // 4] += 0.5 * _mode_energy(a, b, now, d[x + 8 + lane])
         psi = d[at.PSI + s]
         energies[row, 5] += 0.25 * psi * psi / d[at.SIGMA + s]

@@ -7,7 +7,7 @@ by gestures.
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.motion import former_position, position
+from ukrt.engine.kernels.motion import flow_back, former_position, position
 from ukrt.engine.kernels.sleep import bridge_motion
 
 
@@ -29,7 +29,7 @@ def string_energy(d, i, s):
         for lane in range(8):
             own = c + lane % 4
             now, before = position(d, x + lane, own), former_position(d, x + lane, own)
-            total += _mode_energy(d[own + at.COEF_A], d[own + at.COEF_B], now, before)
+            total += _mode_energy(d[own + at.COEF_A], flow_back(d, own), now, before)
     psi = d[at.PSI + s]
     return total + 0.5 * psi * psi / d[at.SIGMA + s]
 

@@ -84,6 +84,6 @@ def tune_string(d, i, s):
         for match in range(at.MATCHES):
             phase = d[own + at.S_MATCH_1 + match] * math.sqrt(ratio)
             real, loss = _step_error(a, b, phase, omega * dt, zeta, still)
-            d[c + at.COEF_ERROR + 8 * match] = real
-            d[c + at.COEF_ERROR + 8 * match + 4] = loss
+            d[at.ERROR + tile * at.ERROR_TILE + 8 * match + lane] = real
+            d[at.ERROR + tile * at.ERROR_TILE + 8 * match + 4 + lane] = loss
     d[own + at.S_IMPEDANCE] = math.sqrt(d[own + at.S_TENSION] * ratio * d[own + at.S_DENSITY])

@@ -10,6 +10,13 @@ from ukrt.engine.kernels.jit import kernel
 
 
 @kernel
+def flow_back(d, c):
+    """b of the free flow x*[k+1] = a x[k] + b x[k-1]; 0 where there is no mode."""
+    weight = d[c + at.COEF_D]
+    return d[c + at.COEF_BACK] * weight if weight != 0.0 else d[c + at.COEF_BACK]
+
+
+@kernel
 def position(d, x, c):
     """x[k] = q[k] / sqrt(g) of one mode."""
     weight = d[c + at.COEF_D]
@@ -19,14 +26,14 @@ def position(d, x, c):
 @kernel
 def former_position(d, x, c):
     """x[k-1], told from x[k] and x*[k+1]; 0 where there is no mode."""
-    b = d[c + at.COEF_B]
+    b = flow_back(d, c)
     return (d[x + 8] - d[c + at.COEF_A] * position(d, x, c)) / b if b != 0.0 else 0.0
 
 
 @kernel
 def place_mode(d, x, c, now, before):
     """Put a mode at x[k] = ``now``, x[k-1] = ``before``."""
-    foresee(d, x, c, now, d[c + at.COEF_A] * now + d[c + at.COEF_B] * before)
+    foresee(d, x, c, now, d[c + at.COEF_A] * now + flow_back(d, c) * before)
 
 
 @kernel
@@ -41,5 +48,5 @@ def foresee(d, x, c, now, coming):
 def set_flow(d, c, a, b, weight):
     """Let a mode flow freely by ``a, b`` and feel tension by D = ``weight`` (0: a pseudo-mode); its place is to be set.
     """
-    d[c + at.COEF_A], d[c + at.COEF_B], d[c + at.COEF_D] = a, b, weight
+    d[c + at.COEF_A], d[c + at.COEF_D] = a, weight
     d[c + at.COEF_BACK] = b / weight if weight != 0.0 else b

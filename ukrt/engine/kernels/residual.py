@@ -125,11 +125,12 @@ def _matrices(d, i, s, n_ports):
             for k in range(j + 1):
                 error, lost = 0.0, 0.0
                 for tile in range(first, first + modes):
-                    c = at.COEF + tile * at.COEF_TILE
+                    c = at.COEF + tile * at.COEF_TILE + at.COEF_COLUMNS
+                    wrong = at.ERROR + tile * at.ERROR_TILE + 8 * match
                     for lane in range(4):
-                        both = d[c + at.COEF_COLUMNS + 4 * j + lane] * d[c + at.COEF_COLUMNS + 4 * k + lane]
-                        error += both * d[c + at.COEF_ERROR + 8 * match + lane]
-                        lost += both * d[c + at.COEF_ERROR + 8 * match + 4 + lane]
+                        both = d[c + 4 * j + lane] * d[c + 4 * k + lane]
+                        error += both * d[wrong + lane]
+                        lost += both * d[wrong + 4 + lane]
                 d[real + ROW * j + k] -= error
                 d[loss + ROW * j + k] -= lost
                 d[real + ROW * k + j], d[loss + ROW * k + j] = d[real + ROW * j + k], d[loss + ROW * j + k]
