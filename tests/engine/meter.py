@@ -8,6 +8,7 @@ left between two samples are the jumps at gestures: new ports, lifted fingers, c
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.motion import flow_back, position
 from ukrt.engine.kernels.ports import count_contacts
 from ukrt.engine.kernels.process import perform_due
 from ukrt.engine.kernels.ramps import begin_sample, end_sample, push_strings
@@ -35,8 +36,7 @@ def metered_steps(d, i, n_samples, ledger, saved):
         solve_constraints(d, i[at.H_STRINGS], i[at.H_PORTS], i[at.H_BODY])
         push_strings(d, i)
         for s in range(i[at.H_STRINGS]):
-            own_i = at.STRING_I + s * at.STRING_I_SIZE
-            sweep_string(d, i[own_i + at.SI_TILE], i[own_i + at.SI_END], s, i[own_i + at.SI_EXTRA])
+            sweep_string(d, i, s)
         after = total_energy(d, i)
         work, loss = 0.0, _body_loss(d, i, saved)
         for s in range(i[at.H_STRINGS]):
@@ -62,6 +62,13 @@ def _book_jump(ledger, jump):
 
 
 @kernel
+def _older(d, saved, x, c):
+    """Where a mode was before the states in ``saved``: one sample earlier than ``saved`` has it."""
+    now = saved[x] / d[c + at.COEF_D] if d[c + at.COEF_D] != 0.0 else saved[x]
+    return (saved[x + 8] - d[c + at.COEF_A] * now) / flow_back(d, c)
+
+
+@kernel
 def _string_books(d, i, s, saved):
     """Work of the pluck and of the contacts, and losses of one string and its fingers, over one sample."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
@@ -70,11 +77,10 @@ def _string_books(d, i, s, saved):
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
         for lane in range(8):
-            a, b = d[c + lane % 4], d[c + 4 + lane % 4]
+            b = flow_back(d, c + lane % 4)
             if b == 0.0:
                 continue
-            older = (saved[x + 8 + lane] - a * saved[x + lane]) / b
-            step = d[x + lane] - older
+            step = position(d, x + lane, c + lane % 4) - _older(d, saved, x + lane, c + lane % 4)
             loss += 0.25 * (1.0 + b) * step * step
             forces = at.LAM_Y if lane < 4 else at.LAM_Z
             for j in range(1, 1 + n_contacts):
@@ -104,9 +110,8 @@ def _bridge_work(d, i, saved):
         for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
             x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
             for lane in range(8):
-                a, b = d[c + lane % 4], d[c + 4 + lane % 4]
-                if b != 0.0:
-                    step = d[x + lane] - (saved[x + 8 + lane] - a * saved[x + lane]) / b
+                if flow_back(d, c + lane % 4) != 0.0:
+                    step = position(d, x + lane, c + lane % 4) - _older(d, saved, x + lane, c + lane % 4)
                     force = d[(at.LAM_Y if lane < 4 else at.LAM_Z) + s]
                     work += 0.5 * force * d[c + at.COEF_COLUMNS + lane % 4] * step
     for n in range(8 * i[at.H_BODY]):

@@ -12,6 +12,7 @@ from ukrt.engine import controller_layout as cc
 from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
 from ukrt.engine.kernels.midi_bytes import midi_byte
+from ukrt.engine.kernels.motion import flow_back
 from ukrt.engine.kernels.player_strings import rest_ratio
 
 OFF, ON, KEY_PRESSURE, CONTROL, PROGRAM, PRESSURE, BEND, SYSTEM = range(0x80, 0x100, 0x10)
@@ -239,9 +240,8 @@ def slowest_decay(engine):
     losses = [d[at.BODY_B : at.BODY_B + 8 * i[at.H_BODY]]]
     for s in range(len(engine.guitar.strings)):
         own_i = at.STRING_I + s * at.STRING_I_SIZE
-        first = i[own_i + at.SI_TILE]
-        tiles = d[at.COEF : at.COEF + at.MAX_TILES * at.COEF_TILE].reshape(-1, at.COEF_TILE)
-        losses.append(tiles[first : first + i[own_i + at.SI_TILES], at.COEF_B : at.COEF_B + at.TILE].ravel())
+        tiles = range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES])
+        losses.append([flow_back(d, at.COEF + t * at.COEF_TILE + lane) for t in tiles for lane in range(at.TILE)])
     b = np.concatenate(losses)
     return float(np.min(-0.5 * np.log(-b[b < 0.0])) * engine.sample_rate)
 

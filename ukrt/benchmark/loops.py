@@ -25,7 +25,7 @@ def sweep_strings(d, i, n, extra):
         for s in range(i[at.H_STRINGS]):
             own = at.STRING_I + s * at.STRING_I_SIZE
             if i[own + at.SI_EXTRA] == extra:
-                sweep_string(d, i[own + at.SI_TILE], i[own + at.SI_END], s, extra)
+                sweep_string(d, i, s)
 
 
 @kernel
@@ -34,10 +34,12 @@ def sweep_linear(d, i, n, extra):
     for _ in range(n):
         for s in range(i[at.H_STRINGS]):
             own = at.STRING_I + s * at.STRING_I_SIZE
+            first, end = i[own + at.SI_TILE], i[own + at.SI_END]
+            pseudo = first + i[own + at.SI_TILES] - 2
             if i[own + at.SI_EXTRA] == extra and extra == 0:
-                _linear0(d, i[own + at.SI_TILE], i[own + at.SI_END], s)
+                _linear0(d, first, pseudo, end, s)
             elif i[own + at.SI_EXTRA] == extra and extra == 3:
-                _linear3(d, i[own + at.SI_TILE], i[own + at.SI_END], s)
+                _linear3(d, first, pseudo, end, s)
 
 
 @kernel

@@ -105,7 +105,9 @@ class _Bench:
         self._kept = [array.copy() for array in (instance.d, instance.i, instance.v, instance.vi)]
         self._arrays = [instance.d, instance.i, instance.v, instance.vi]
         rows = [at.STRING_I + s * at.STRING_I_SIZE for s in range(len(guitar.strings))]
-        self.tiles = np.array([self._kept[1][row + at.SI_TILES] for row in rows])
+        self.tiles = np.array([self._kept[1][row + at.SI_TILES] - 2 for row in rows])
+        ends = np.array([self._kept[1][row + at.SI_END] - self._kept[1][row + at.SI_TILE] for row in rows])
+        self.pseudo_tiles = ends - self.tiles
         self.extra = np.array([self._kept[1][row + at.SI_EXTRA] for row in rows])
 
     def _again(self):
@@ -161,10 +163,10 @@ class _Bench:
     def work(self):
         """Flops and bytes of all sweeps for each sample."""
         columns = 1 + self.extra
-        multiply_adds, products = 3 * columns + 4, 3
-        flops = 8 * (2 * multiply_adds + products)
-        moved = 8 * (2 * at.STATE_TILE + at.TILE * (3 + columns))
-        return float((self.tiles * flops).sum()), float((self.tiles * moved).sum())
+        flops = 8 * (self.tiles * (2 * (3 * columns + 4) + 2) + self.pseudo_tiles * (2 * (2 * columns + 1) + 1))
+        moved = self.tiles * (2 * at.STATE_TILE + at.TILE * (3 + columns))
+        moved += self.pseudo_tiles * (2 * at.STATE_TILE + at.TILE * (2 + columns))
+        return float(flops.sum()), float(8 * moved.sum())
 
     def close(self):
         self._engine.close()

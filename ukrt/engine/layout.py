@@ -3,8 +3,9 @@
 This is the one place that knows offsets. They are plain module-level integers, so Numba freezes them into the compiled
 code; capacities are fixed, so that a host can allocate an instance from these numbers alone.
 
-The modes of all strings stand in tiles of four: a state tile is ``x[k]`` (4 Y, 4 Z) then ``x*[k+1]`` (4 Y, 4 Z); a
-coefficient tile is ``a b D`` then up to seven port columns, four modes each, shared by both polarizations.
+The modes of all strings stand in tiles of four: a state tile is ``D x[k]`` (4 Y, 4 Z) then ``x*[k+1]`` (4 Y, 4 Z); a
+coefficient tile is ``a b/D D`` then up to seven port columns, four modes each, shared by both polarizations. A string's
+last two tiles are its pseudo-modes, which have no D: there ``x[k]`` and ``b`` stand (kernels/motion.py).
 """
 
 # Capacities ----------------------------------------------------------------------------------------------------------
@@ -22,10 +23,10 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 # Tiles ---------------------------------------------------------------------------------------------------------------
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
-COEF_A, COEF_B, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
-COEF_ERROR = 40  # the step's error of each mode at the matching frequencies: MATCHES x (real, loss), see residual.py
+COEF_A, COEF_BACK, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
 MATCHES = 2
-COEF_TILE = 56  # seven cache lines
+COEF_TILE = 40  # five cache lines and nothing that the sweep does not want: all strings' tiles stay in the first cache
+ERROR_TILE = 16  # the step's error of four modes at the matching frequencies: MATCHES x (real, loss), see residual.py
 
 
 def _sections(start, sizes):
@@ -92,6 +93,7 @@ _D, D_SIZE = _sections(
     {
         "STATE": MAX_TILES * STATE_TILE,
         "COEF": MAX_TILES * COEF_TILE,
+        "ERROR": MAX_TILES * ERROR_TILE,
         "ACC": SUMS * ACC_STRIDE,
         "V": PORTS * PORTS * LANES,  # (A G A^T)^-1 of each string
         "LAM_Y": COLUMNS * LANES,

@@ -6,6 +6,7 @@ the energy between k - 1 and k; afterwards the forces of sample k and the energy
 
 from ..engine import layout as at
 from ..engine.kernels.jit import kernel
+from ..engine.kernels.motion import flow_back, position
 from ..engine.kernels.ports import count_contacts
 
 
@@ -27,7 +28,8 @@ def read_positions(d, i, row, drift, strings, body):
     if row < strings.shape[0]:
         for tile in range(strings.shape[1]):
             for lane in range(8):
-                strings[row, tile, lane] = d[at.STATE + tile * at.STATE_TILE + lane]
+                x, c = at.STATE + tile * at.STATE_TILE + lane, at.COEF + tile * at.COEF_TILE + lane % 4
+                strings[row, tile, lane] = position(d, x, c)
         for n in range(body.shape[1]):
             body[row, n] = d[at.BODY_X + n]
 
@@ -54,8 +56,9 @@ def add_energies(d, i, row, energies):
         for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
             x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
             for lane in range(8):
-                a, b = d[c + at.COEF_A + lane % 4], d[c + at.COEF_B + lane % 4]
-                energies[row, lane // 4] += 0.5 * _mode_energy(a, b, d[x + lane], d[x + 8 + lane])
+                own = c + lane % 4
+                a, b, now = d[own + at.COEF_A], flow_back(d, own), position(d, x + lane, own)
+                energies[row, lane // 4] += 0.5 * _mode_energy(a, b, now, d[x + 8 + lane])
         psi = d[at.PSI + s]
         energies[row, 5] += 0.25 * psi * psi / d[at.SIGMA + s]
         for j in range(1, 1 + count_contacts(i, s)):
@@ -104,8 +107,9 @@ def _displacement(d, i, s, port):
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     on_y, on_z = 0.0, 0.0
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
-        x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE + at.COEF_COLUMNS + 4 * port
+        x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
         for lane in range(4):
-            on_y += d[c + lane] * d[x + lane]
-            on_z += d[c + lane] * d[x + 4 + lane]
+            column = d[c + at.COEF_COLUMNS + 4 * port + lane]
+            on_y += column * position(d, x + lane, c + lane)
+            on_z += column * position(d, x + 4 + lane, c + lane)
     return on_y, on_z

@@ -33,6 +33,6 @@ def advance(d, i, n_samples):
             if shedding and i[own_i + at.SI_SLEEP] == at.ASLEEP:
                 rest_string(d, s)
             else:
-                sweep_string(d, i[own_i + at.SI_TILE], i[own_i + at.SI_END], s, i[own_i + at.SI_EXTRA])
+                sweep_string(d, i, s)
         if i[at.H_BUSY]:
             end_sample(d, i)

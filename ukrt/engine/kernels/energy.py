@@ -7,6 +7,7 @@ by gestures.
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.motion import flow_back, former_position, position
 from ukrt.engine.kernels.sleep import bridge_motion
 
 
@@ -26,10 +27,9 @@ def string_energy(d, i, s):
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
         for lane in range(8):
-            a, b = d[c + at.COEF_A + lane % 4], d[c + at.COEF_B + lane % 4]
-            if b != 0.0:
-                now = d[x + lane]
-                total += _mode_energy(a, b, now, (d[x + 8 + lane] - a * now) / b)
+            own = c + lane % 4
+            now, before = position(d, x + lane, own), former_position(d, x + lane, own)
+            total += _mode_energy(d[own + at.COEF_A], flow_back(d, own), now, before)
     psi = d[at.PSI + s]
     return total + 0.5 * psi * psi / d[at.SIGMA + s]
 

@@ -8,6 +8,7 @@ import math
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.motion import former_position, place_mode, position, set_flow
 
 
 @kernel
@@ -73,19 +74,16 @@ def tune_string(d, i, s):
         still = 1.0 - a - b
         g = still / stiffness
         p = (2 * n - 1) * math.pi / (2.0 * length)
-        old_a, old_b, old_root = d[c + at.COEF_A], d[c + at.COEF_B], abs(d[c + at.COEF_COLUMNS])
-        scale = old_root / math.sqrt(g)
-        for half in (0, 4):
-            now, coming = d[x + half], d[x + 8 + half]
-            if old_root > 0.0:
-                before = (coming - old_a * now) / old_b
-                d[x + half] = scale * now
-                d[x + 8 + half] = scale * (a * now + b * before)
-        d[c + at.COEF_A], d[c + at.COEF_B], d[c + at.COEF_D] = a, b, g * 0.5 * p * p * length
+        scale = abs(d[c + at.COEF_COLUMNS]) / math.sqrt(g)
+        y, y_before = scale * position(d, x, c), scale * former_position(d, x, c)
+        z, z_before = scale * position(d, x + 4, c), scale * former_position(d, x + 4, c)
+        set_flow(d, c, a, b, g * 0.5 * p * p * length)
+        place_mode(d, x, c, y, y_before)
+        place_mode(d, x + 4, c, z, z_before)
         d[c + at.COEF_COLUMNS] = math.sqrt(g) if n % 2 == 1 else -math.sqrt(g)
         for match in range(at.MATCHES):
             phase = d[own + at.S_MATCH_1 + match] * math.sqrt(ratio)
             real, loss = _step_error(a, b, phase, omega * dt, zeta, still)
-            d[c + at.COEF_ERROR + 8 * match] = real
-            d[c + at.COEF_ERROR + 8 * match + 4] = loss
+            d[at.ERROR + tile * at.ERROR_TILE + 8 * match + lane] = real
+            d[at.ERROR + tile * at.ERROR_TILE + 8 * match + 4 + lane] = loss
     d[own + at.S_IMPEDANCE] = math.sqrt(d[own + at.S_TENSION] * ratio * d[own + at.S_DENSITY])

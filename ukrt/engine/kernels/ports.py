@@ -9,6 +9,7 @@ import math
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.linalg import ROW, cholesky, solve_lower, solve_upper
+from ukrt.engine.kernels.motion import former_position, position
 from ukrt.engine.kernels.residual import rebuild_residual, remember_residual
 from ukrt.engine.kernels.residual_kept import keep_modes, remember_modes
 
@@ -123,7 +124,7 @@ def sum_string(d, i, s):
         for lane in range(8):
             out = at.ACC + 8 * s + lane
             predicted = d[x + 8 + lane]
-            weighted = d[c + at.COEF_D + lane % 4] * d[x + lane]
+            weighted = d[x + lane] if d[c + at.COEF_D + lane % 4] != 0.0 else 0.0
             for port in range(n_ports):
                 column = d[c + at.COEF_COLUMNS + 4 * port + lane % 4]
                 d[out + 2 * port * at.ACC_STRIDE] += column * predicted
@@ -179,7 +180,6 @@ def port_motion(d, i, s, port, half):
         for lane in range(4):
             column = d[c + at.COEF_COLUMNS + 4 * port + lane]
             if column != 0.0:
-                now += column * d[x + lane]
-                earlier = (d[x + 8 + lane] - d[c + at.COEF_A + lane] * d[x + lane]) / d[c + at.COEF_B + lane]
-                before += column * earlier
+                now += column * position(d, x + lane, c + lane)
+                before += column * former_position(d, x + lane, c + lane)
     return now, before

@@ -24,6 +24,7 @@ from ukrt.engine.kernels.linalg import (
     turn_rows,
     whiten,
 )
+from ukrt.engine.kernels.motion import former_position, place_mode, position, set_flow
 
 M_STATIC, M_OLD, M_CROSS, M_REAL, M_LOSS = (at.SCRATCH + 64 * k for k in (0, 1, 2, 3, 5))  # the last two: MATCHES each
 V_MOVED = at.SCRATCH + 448  # residual displacement of the old ports: Y now, Y before, Z now, Z before; 8 each
@@ -85,10 +86,8 @@ def remember_residual(d, i, s, n_old):
             column = d[c + at.COEF_COLUMNS + 4 * port]
             if column != 0.0:
                 for half in range(2):
-                    now = d[x + 4 * half]
-                    before = (d[x + 8 + 4 * half] - d[c + at.COEF_A] * now) / d[c + at.COEF_B]
-                    d[V_MOVED + 16 * half + port] += column * now
-                    d[V_MOVED + 16 * half + 8 + port] += column * before
+                    d[V_MOVED + 16 * half + port] += column * position(d, x + 4 * half, c)
+                    d[V_MOVED + 16 * half + 8 + port] += column * former_position(d, x + 4 * half, c)
 
 
 @kernel
@@ -126,11 +125,12 @@ def _matrices(d, i, s, n_ports):
             for k in range(j + 1):
                 error, lost = 0.0, 0.0
                 for tile in range(first, first + modes):
-                    c = at.COEF + tile * at.COEF_TILE
+                    c = at.COEF + tile * at.COEF_TILE + at.COEF_COLUMNS
+                    wrong = at.ERROR + tile * at.ERROR_TILE + 8 * match
                     for lane in range(4):
-                        both = d[c + at.COEF_COLUMNS + 4 * j + lane] * d[c + at.COEF_COLUMNS + 4 * k + lane]
-                        error += both * d[c + at.COEF_ERROR + 8 * match + lane]
-                        lost += both * d[c + at.COEF_ERROR + 8 * match + 4 + lane]
+                        both = d[c + 4 * j + lane] * d[c + 4 * k + lane]
+                        error += both * d[wrong + lane]
+                        lost += both * d[wrong + 4 + lane]
                 d[real + ROW * j + k] -= error
                 d[loss + ROW * j + k] -= lost
                 d[real + ROW * k + j], d[loss + ROW * k + j] = d[real + ROW * j + k], d[loss + ROW * j + k]
@@ -186,13 +186,12 @@ def _place_mode(d, i, s, mode, j, n_ports, share, square, decay):
     root, part = math.sqrt(1.0 - a - b), math.sqrt(share)
     own = at.STRING + s * at.STRING_D_SIZE
     d[own + at.S_PSEUDO + mode], d[own + at.S_PSEUDO_WEIGHT + mode] = float(j), root * part
-    d[c + at.COEF_A], d[c + at.COEF_B] = a, b
+    set_flow(d, c, a, b, 0.0)
     for port in range(n_ports):
         d[c + at.COEF_COLUMNS + 4 * port] = root * part * d[M_STATIC + ROW * port + j]
     for half in range(2):
         now, before = part * d[V_MOVED + 16 * half + j] / root, part * d[V_MOVED + 16 * half + 8 + j] / root
-        d[x + 4 * half] = now
-        d[x + 8 + 4 * half] = a * now + b * before
+        place_mode(d, x + 4 * half, c, now, before)
 
 
 @kernel

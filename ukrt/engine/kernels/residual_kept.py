@@ -6,6 +6,7 @@ string's bridge; divided anew with every step of a bend or a vibrato they would 
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.motion import former_position, place_mode, position
 from ukrt.engine.kernels.residual import X_OLD, pseudo_places
 
 _KEPT = at.SCRATCH + 832  # of each pseudo-mode: its column, then Y now, Y before, Z now, Z before
@@ -18,13 +19,12 @@ def remember_modes(d, i, s):
     """Note each pseudo-mode's column, and where it is at k and k - 1."""
     for mode in range(at.RESIDUAL_MODES):
         x, c = pseudo_places(i, s, mode)
-        kept, b = _KEPT + _SIZE * mode, d[c + at.COEF_B]
+        kept = _KEPT + _SIZE * mode
         for port in range(at.COLUMNS):
             d[kept + port] = d[c + at.COEF_COLUMNS + 4 * port]
         for half in range(2):
-            now = d[x + 4 * half]
-            d[kept + _MOTION + 2 * half] = now
-            d[kept + _MOTION + 1 + 2 * half] = (d[x + 8 + 4 * half] - d[c + at.COEF_A] * now) / b if b != 0.0 else 0.0
+            d[kept + _MOTION + 2 * half] = position(d, x + 4 * half, c)
+            d[kept + _MOTION + 1 + 2 * half] = former_position(d, x + 4 * half, c)
 
 
 @kernel
@@ -63,5 +63,4 @@ def keep_modes(d, i, s, n_old, n_new):
         kept, scale = _KEPT + _SIZE * mode + _MOTION, _column_scale(d, i, s, mode)
         for half in range(2):
             now, before = scale * d[kept + 2 * half], scale * d[kept + 1 + 2 * half]
-            d[x + 4 * half] = now
-            d[x + 8 + 4 * half] = d[c + at.COEF_A] * now + d[c + at.COEF_B] * before
+            place_mode(d, x + 4 * half, c, now, before)

@@ -187,11 +187,11 @@ def vector_kernel(n_integers):
 
 
 def _with_arity(typing, n_integers):
-    """Numba wants a typing function whose parameters are named; there are three arities here."""
+    """Numba wants a typing function whose parameters are named; these are the arities here."""
     if n_integers == 0:
         return lambda context, array: typing(context, array)
     if n_integers == 1:
         return lambda context, array, n1: typing(context, array, n1)
-    if n_integers == 3:
-        return lambda context, array, n1, n2, n3: typing(context, array, n1, n2, n3)
+    if n_integers == 4:
+        return lambda context, array, n1, n2, n3, n4: typing(context, array, n1, n2, n3, n4)
     raise ValueError(f"no arity for {n_integers} integers")

@@ -12,6 +12,7 @@ from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.linalg import ROW, cholesky, solve_lower, solve_upper
 from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.motion import flow_back, place_mode
 from ukrt.engine.kernels.ports import (
     count_contacts,
     invert_ports,
@@ -128,7 +129,7 @@ def _static_forces(d, i, s):
                 c = at.COEF + tile * at.COEF_TILE
                 for lane in range(4):
                     both = d[c + at.COEF_COLUMNS + 4 * j + lane] * d[c + at.COEF_COLUMNS + 4 * k + lane]
-                    value += both / (1.0 - d[c + at.COEF_A + lane] - d[c + at.COEF_B + lane])
+                    value += both / (1.0 - d[c + at.COEF_A + lane] - flow_back(d, c + lane))
             d[_R + ROW * j + k] = value
         d[_FORCES + j] = 1.0 if j == 0 else 0.0
     for j in range(1, n):
@@ -154,12 +155,11 @@ def _follow_bridge(d, i, s):
     for tile in range(i[own_i + at.SI_TILE], i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES]):
         x, c = at.STATE + tile * at.STATE_TILE, at.COEF + tile * at.COEF_TILE
         for lane in range(4):
-            a, b, pushed = d[c + at.COEF_A + lane], d[c + at.COEF_B + lane], 0.0
+            a, b, pushed = d[c + at.COEF_A + lane], flow_back(d, c + lane), 0.0
             for j in range(n):
                 pushed += d[c + at.COEF_COLUMNS + 4 * j + lane] * d[_FORCES + j]
             shape = pushed / (1.0 - a - b)
-            d[x + lane] = shape * now
-            d[x + 8 + lane] = shape * (a * now + b * before)
+            place_mode(d, x + lane, c + lane, shape * now, shape * before)
             d[x + 4 + lane] = d[x + 12 + lane] = 0.0
 
 

@@ -11,6 +11,7 @@ from ukrt.engine import player_layout as player
 from ukrt.engine.kernels.energy import total_energy
 from ukrt.engine.kernels.hands import follow_string
 from ukrt.engine.kernels.jit import kernel
+from ukrt.engine.kernels.motion import flow_back, former_position, place_mode, position
 from ukrt.engine.kernels.ports import port_motion, sum_string
 from ukrt.engine.kernels.transfer_hands import SPRINGLESS
 
@@ -50,17 +51,16 @@ def _meet_bridge(d, i, s, half, place, before):
         for lane in range(4):
             c = at.COEF + tile * at.COEF_TILE + lane
             if d[c + at.COEF_COLUMNS] != 0.0:
-                compliance += d[c + at.COEF_COLUMNS] ** 2 / (1.0 - d[c + at.COEF_A] - d[c + at.COEF_B])
+                compliance += d[c + at.COEF_COLUMNS] ** 2 / (1.0 - d[c + at.COEF_A] - flow_back(d, c))
     now, earlier = port_motion(d, i, s, 0, half)
     force_now, force_before = (place - now) / compliance, (before - earlier) / compliance
     for tile in range(first, last):
         for lane in range(4):
             c, x = at.COEF + tile * at.COEF_TILE + lane, at.STATE + tile * at.STATE_TILE + half + lane
-            a, b = d[c + at.COEF_A], d[c + at.COEF_B]
             if d[c + at.COEF_COLUMNS] != 0.0:
-                share = d[c + at.COEF_COLUMNS] / (1.0 - a - b)
-                d[x] += share * force_now
-                d[x + 8] += share * (a * force_now + b * force_before)
+                share = d[c + at.COEF_COLUMNS] / (1.0 - d[c + at.COEF_A] - flow_back(d, c))
+                there, earlier = position(d, x, c), former_position(d, x, c)
+                place_mode(d, x, c, there + share * force_now, earlier + share * force_before)
 
 
 @kernel
@@ -97,10 +97,8 @@ def _stretching(d, i, s):
     for n in range(i[own_i + at.SI_MODES]):
         tile = i[own_i + at.SI_TILE] + n // 4
         c, x = at.COEF + tile * at.COEF_TILE + n % 4, at.STATE + tile * at.STATE_TILE + n % 4
-        a, b = d[c + at.COEF_A], d[c + at.COEF_B]
         for half in (0, 4):
-            now = d[x + half]
-            total += d[c + at.COEF_D] * now * (d[x + 8 + half] - a * now) / b
+            total += d[x + half] * former_position(d, x + half, c)
     return total
 
 

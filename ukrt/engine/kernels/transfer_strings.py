@@ -10,12 +10,19 @@ from ukrt.engine import layout as at
 from ukrt.engine import player_layout as player
 from ukrt.engine.kernels.jit import kernel
 from ukrt.engine.kernels.modes import tune_string
+from ukrt.engine.kernels.motion import flow_back, foresee, position
 from ukrt.engine.kernels.ports import refit_string
 from ukrt.engine.kernels.residual import V_MOVED, X_OLD, cut_receptance, rebuild_residual, remember_residual
 from ukrt.engine.kernels.transfer_hands import carry_hands, carry_slide
 from ukrt.engine.kernels.transfer_modes import carry_mode
 
 _FORCES = at.SCRATCH + 1024  # upon the new string at its ports: COLUMNS in Y, COLUMNS in Z
+_TILES = (  # what of a string stands in tiles, and their sizes
+    (at.STATE, at.STATE_TILE),
+    (at.COEF, at.COEF_TILE),
+    (at.ERROR, at.ERROR_TILE),
+    (at.SLIDE, at.TILE * at.COLUMNS),
+)
 _FORMER = at.SCRATCH + 1056  # which port of the old string each was, -1: none
 
 
@@ -40,7 +47,7 @@ def copy_string(d0, i0, d1, i1, s):
     """To the bit: state, coefficients, ports, sums, fingers and ramps. Its tiles may lie elsewhere."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     tile0, tile1, tiles = i0[own_i + at.SI_TILE], i1[own_i + at.SI_TILE], i0[own_i + at.SI_TILES]
-    for base, size in ((at.STATE, at.STATE_TILE), (at.COEF, at.COEF_TILE), (at.SLIDE, 4 * at.COLUMNS)):
+    for base, size in _TILES:
         for k in range(tiles * size):
             d1[base + tile1 * size + k] = d0[base + tile0 * size + k]
     for k in range(at.STRING_D_SIZE):
@@ -105,7 +112,7 @@ def _held(d, c, forces, step):
         column = d[c + at.COEF_COLUMNS + 4 * port]
         if column != 0.0:
             total += column * d[forces + port * step]
-    return total / (1.0 - d[c + at.COEF_A] - d[c + at.COEF_B])
+    return total / (1.0 - d[c + at.COEF_A] - flow_back(d, c))
 
 
 @kernel
@@ -120,16 +127,16 @@ def _carry_modes(d0, i0, d1, i1, s):
         tile0, tile1 = i0[own_i + at.SI_TILE] + n // 4, i1[own_i + at.SI_TILE] + n // 4
         c0, c1 = at.COEF + tile0 * at.COEF_TILE + n % 4, at.COEF + tile1 * at.COEF_TILE + n % 4
         x0, x1 = at.STATE + tile0 * at.STATE_TILE + n % 4, at.STATE + tile1 * at.STATE_TILE + n % 4
-        a1, b1 = d1[c1 + at.COEF_A], d1[c1 + at.COEF_B]
+        a1, b1 = d1[c1 + at.COEF_A], flow_back(d1, c1)
         for half in range(2):
             held1 = _held(d1, c1, _FORCES + at.COLUMNS * half, 1)
             now, coming = held1, (a1 + b1) * held1
             if n < common:
                 held0 = _held(d0, c0, (at.LAM_Y if half == 0 else at.LAM_Z) + s, at.LANES)
-                now, coming = d0[x0 + 4 * half], d0[x0 + 8 + 4 * half]
-                a0, b0 = d0[c0 + at.COEF_A], d0[c0 + at.COEF_B]
+                now, coming = position(d0, x0 + 4 * half, c0), d0[x0 + 8 + 4 * half]
+                a0, b0 = d0[c0 + at.COEF_A], flow_back(d0, c0)
                 now, coming = carry_mode(now, coming, held0, held1, a0, b0, a1, b1)
-            d1[x1 + 4 * half], d1[x1 + 8 + 4 * half] = now, coming
+            foresee(d1, x1 + 4 * half, c1, now, coming)
 
 
 @kernel
