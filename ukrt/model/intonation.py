@@ -209,10 +209,11 @@ def _on_line(note, notes, rate, cents, hz, steps):
     for _ in range(steps):
         s, h = -rate[active] + 1j * omega[active], 1e-7 * omega[active]
         here = note.characteristic(cents[active], hz, notes[active])
-        value = here(s)
-        by_rate = (here(s - h) - value) / h
+        own = here.held.compliance(s)
+        value, slower = here.several(s, s - h, own=own)
+        by_rate = (slower - value) / h
         moved = note.characteristic(cents[active] + dc, hz, notes[active])
-        by_cents = (moved.held.compliance(s) - here.held.compliance(s)) / dc
+        by_cents = (moved.held.compliance(s) - own) / dc
         with np.errstate(all="ignore"):  # by Cramer's rule: value + by_rate m_0 + by_cents m_1 = 0
             det = (np.conj(by_rate) * by_cents).imag
             move = np.array([-(np.conj(value) * by_cents).imag, -(np.conj(by_rate) * value).imag]) / det
