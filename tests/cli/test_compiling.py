@@ -7,23 +7,21 @@ _PROGRAM = """
 import gc, sys
 from ukrt.cli.compiling import compile_beside
 compile_beside()
-assert "ukrt.engine.kernels.callback" not in sys.modules
+from ukrt.engine import compiled
 from ukrt.engine.kernels.linking import Kernel
-made = {one.__name__: len(one.whole.overloads) for one in gc.get_objects() if isinstance(one, Kernel)}
+entries = compiled._ENTRIES.items()
+print([name for name, (module, *_) in entries if "ukrt.engine.kernels." + module not in sys.modules])
 from ukrt.engine.engine import Engine
 from ukrt.model.presets import load_preset
 engine = Engine(load_preset("drop-d"), 44100.0)
 assert engine.send(0, 0x90, 52, 80)
 assert engine.process(64).shape == (64, 2) and engine.energy() >= 0.0
 engine.reset()
-late = [one.__name__ for one in gc.get_objects() if isinstance(one, Kernel) and len(one.whole.overloads) >
-        made.get(one.__name__, 0)]
-print(late, sum(made.values()))
+print([one.__name__ for one in gc.get_objects() if isinstance(one, Kernel) and one.whole.overloads])
 """
 
 
 def test_an_engine_needs_nothing_that_was_not_compiled_beside():
     got = subprocess.run([sys.executable, "-c", _PROGRAM], capture_output=True, text=True)
     assert got.returncode == 0, got.stderr
-    late, made = got.stdout.rsplit(maxsplit=1)
-    assert late == "[]" and int(made) > 5
+    assert got.stdout.splitlines() == ["['callback']", "[]"]

@@ -5,8 +5,8 @@ import pickle
 
 import pytest
 
+from ukrt.engine.kernel_cache import cache_folder
 from ukrt.engine.kernels.callback import callback
-from ukrt.engine.kernels.jit import cache_folder
 
 FORBIDDEN = (b"NRT_MemInfo_alloc", b"NRT_Allocate", b"NRT_MemInfo_new", b"\0malloc\0", b"\0calloc\0", b"PyGILState")
 

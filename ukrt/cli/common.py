@@ -247,7 +247,7 @@ def announce_compiling(last, what="the engine", long="half a minute"):
 
     Returns whether it has to be (bool).
     """
-    from ..engine.kernels.jit import cache_folder
+    from ..engine.kernel_cache import cache_folder
 
     missing = not any(pathlib.Path(cache_folder()).rglob(f"*{last}*.nbi"))
     if missing:

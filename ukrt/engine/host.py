@@ -9,9 +9,8 @@ import time
 
 import numpy as np
 
+from ukrt.engine import compiled
 from ukrt.engine import stage_layout as at
-from ukrt.engine.kernels.callback import callback
-from ukrt.engine.kernels.machine import ticks_now
 
 _MONOTONIC = {"linux": 1, "darwin": 8}  # the clock that time.monotonic_ns reads: CLOCK_MONOTONIC, CLOCK_UPTIME_RAW
 
@@ -40,7 +39,7 @@ class Host:
     @property
     def callback_address(self):
         """Address of the C function with PortAudio's callback signature (int)."""
-        return callback.address
+        return compiled.address("callback")
 
     @property
     def userdata_address(self):
@@ -81,7 +80,7 @@ def tick_rate(seconds=0.02):
     """Ticks per second of the counter that measures the callback's load [1/s]; 0 where there is none. Measured once."""
     global _tick_rate
     if _tick_rate is None:
-        began, first = time.perf_counter(), ticks_now()
+        began, first = time.perf_counter(), compiled.ticks_now()
         time.sleep(seconds)
-        _tick_rate = (ticks_now() - first) / (time.perf_counter() - began)
+        _tick_rate = (compiled.ticks_now() - first) / (time.perf_counter() - began)
     return _tick_rate

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ukrt.engine import layout as at
+from ukrt.engine.compiled import convolver_reset, player_reset
+from ukrt.engine.convolver import convolver_prepare, convolver_size
 from ukrt.engine.discretize import check_rate, fill_instance
-from ukrt.engine.kernels.convolve import convolver_prepare, convolver_reset, convolver_size
-from ukrt.engine.kernels.player import player_reset
 from ukrt.engine.memory import Block
 from ukrt.engine.player_tables import make_player_tables
 from ukrt.errors import ParameterError

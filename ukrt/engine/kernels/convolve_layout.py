@@ -9,7 +9,7 @@ which pass falls to which of them.
 
 import dataclasses
 
-from ukrt.engine.kernels.fft import fft_radices, fft_table_size
+from ukrt.engine.kernels.fft_tables import fft_radices, fft_table_size
 
 BLOCK = 64
 SIZES = (64, 512, 4096)  # partitions of the levels [taps], each eight times the last
