@@ -1,5 +1,6 @@
 """Where compiled code is kept, and what it was made of; to know that, the compiler is not needed."""
 
+import functools
 import hashlib
 import os
 import pathlib
@@ -10,6 +11,7 @@ from platformdirs import user_cache_dir
 _SOURCES = pathlib.Path(__file__).parent / "kernels"
 
 
+@functools.cache
 def kernel_fingerprint():
     """Hash of every source that compiled code is made of, the compiler's version included (str, 16 hex digits)."""
     digest = hashlib.sha256(f"numba {version('numba')}".encode())
@@ -19,7 +21,11 @@ def kernel_fingerprint():
     return digest.hexdigest()[:16]
 
 
+def cache_root():
+    """The folder of all that is kept (Path): ``UKRT_CACHE_DIR`` if set, else the platform's user cache."""
+    return pathlib.Path(os.environ.get("UKRT_CACHE_DIR") or user_cache_dir("ukrt"))
+
+
 def cache_folder():
-    """The folder compiled code is kept in (str): ``UKRT_CACHE_DIR`` if set, else the platform's user cache."""
-    root = os.environ.get("UKRT_CACHE_DIR") or user_cache_dir("ukrt")
-    return str(pathlib.Path(root) / f"kernels-{kernel_fingerprint()}")
+    """The folder in it that compiled code is kept in (str)."""
+    return str(cache_root() / f"kernels-{kernel_fingerprint()}")
