@@ -31,7 +31,7 @@ def convolver_prepare(ir, v, vi):
     vi[: len(plan.integers)] = plan.integers
     head = np.zeros((BLOCK, 2, 2))
     head[: min(BLOCK, len(ir))] = ir[:BLOCK]
-    v[plan.head : plan.head + 4 * BLOCK] = head[::-1].transpose(1, 2, 0).ravel()
+    v[plan.head : plan.head + 4 * BLOCK] = head.transpose(1, 2, 0).ravel()
     for level in plan.levels:
         table = fft_table(level.size)
         v[level.table : level.table + len(table)] = table

@@ -9,32 +9,34 @@ which pass falls to which of them.
 
 import dataclasses
 
-from ukrt.engine.kernels.fft_tables import fft_radices, fft_table_size
+from ukrt.engine.kernels.fft_tables import fft_table_size, place_of
 
 BLOCK = 64
 SIZES = (64, 512, 4096)  # partitions of the levels [taps], each eight times the last
 STARTS = (64, 1024, 8192)  # first tap of each level: twice its size, but for the first
 MAX_TAPS = 400_000  # 2 s at 192 kHz, and some more
-RADIX = 8  # of the first pass of all three sizes
+RADIX = 8  # of the first pass of the larger two sizes
 
 # Header of vi: offsets into v, except where said otherwise
-LEVELS, IN_RING, IN_LENGTH, TAIL, TAIL_LENGTH, HISTORY, HEAD, SUMS, STATE_START, STATE_STOP, SHED, DROP = range(12)
+LEVELS, IN_RING, IN_LENGTH, TAIL, TAIL_LENGTH, HEAD, SUMS, STATE_START, STATE_STOP, SHED, DROP = range(11)
 HEADER = 16
 # SHED: how many of the last levels are to be silent; DROP and the next two: whether a level's present period is
 WHOLE, DROPPED, HEARD = range(3)  # nothing of it heard yet; not computed; its sound has begun: too late to drop it
+MISSING = 4  # and on top, if the period before was dropped: what that would have summed up for this one is not there
 # A level's record in vi; PROGRAM is an offset into vi: for every slot the first step's offset, then the last step's end
-SIZE, DELAY, PARTITIONS, SPECTRA, INPUTS, WORK, PRODUCT, PROGRAM = range(8)
-RECORD = 8
+SIZE, DELAY, PARTITIONS, SPECTRA, INPUTS, WORK, PRODUCT, LATER, PROGRAM = range(9)
+RECORD = 9
 # A step of a programme in vi
 OP, CHANNEL, FIRST, STOP, STRIDE, TABLE = range(6)
 STEP = 6
-OP_FIRST, OP_MIDDLE, OP_TILES, OP_PRODUCT, OP_UNTILE, OP_BACK, OP_ADD = range(7)
+OP_WHOLE, OP_FIRST, OP_MIDDLE, OP_TILES, OP_PRODUCT, OP_UNTILE, OP_BACK, OP_ADD, OP_WHOLE_BACK = range(9)
+# a transform and its inverse: one step (WHOLE) of 64 samples, several of more
 
-HISTORY_LENGTH = 2 * BLOCK + 8  # the block before, this one, and what a group of four samples may look at beyond it
+GROUP = 16  # frames whose direct sums are made at once
 
 # Measured cost of one unit of work [ns, only the ratios matter]: they decide where the programme is cut
-_PASS_COST = 14.0
-_TILE_COST = (5.0, 3.0)  # a tile of the product, and of each partition in it
+_PASS_COST, _LEAF_COST = 16.0, 28.0  # 64 points of one pass, and of the two that end in tiles
+_TILE_COST = (4.0, 3.0)  # a tile of the product, and of each partition in it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +52,7 @@ class Level:
     inputs: int
     work: int
     product: int
+    later: int
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,20 +91,20 @@ def make_plan(n_taps):
     head = ground.take(4 * BLOCK)
     fixed = [(ground.take(fft_table_size(size)), ground.take(8 * size * count)) for size, _, count in used]
     state_start = ground.top
-    sums, history = ground.take(8), ground.take(2 * HISTORY_LENGTH)
+    sums = ground.take(2 * BLOCK)
     longest = used[-1][0] if used else BLOCK
-    in_ring, tail = ground.take(2 * 2 * longest), ground.take(2 * 4 * longest)
+    in_ring, tail = ground.take(2 * (BLOCK + 2 * longest)) + BLOCK, ground.take(2 * place_of(4 * longest))
     levels = tuple(
         Level(size, start, start - size, count, table, spectra, ground.take(4 * size * count), *_scratch(ground, size))
         for (size, start, count), (table, spectra) in zip(used, fixed, strict=True)
     )
-    header = [len(levels), in_ring, 2 * longest, tail, 4 * longest, history, head, sums, state_start, ground.top]
+    header = [len(levels), in_ring, 2 * longest, tail, 4 * longest, head, sums, state_start, ground.top]
     integers = _integers(header, levels)
     return Plan(n_taps, head, levels, ground.top, tuple(integers))
 
 
 def _scratch(ground, size):
-    return ground.take(4 * size), ground.take(4 * size)
+    return ground.take(4 * place_of(size)), ground.take(4 * size), ground.take(4 * size)
 
 
 def _integers(header, levels):
@@ -117,6 +120,7 @@ def _integers(header, levels):
             level.inputs,
             level.work,
             level.product,
+            level.later,
             len(numbers),
         ]
         slots = make_program(level)
@@ -134,22 +138,26 @@ def _integers(header, levels):
 def _passes(level):
     """All passes of a level in the order of work: (op, channel, units, cost of a unit, stride, table)."""
     size, units = level.size, level.size // 64
-    forward, nodes, table, stride = [], 1, level.table, size // RADIX
-    for _ in fft_radices(size):
-        forward.append((stride, table))
+    product = (OP_PRODUCT, 0, size // 16, 2 * (_TILE_COST[0] + _TILE_COST[1] * level.partitions), 0, 0)
+    there, back = (32 * level.partitions, level.table), (32, level.table)
+    if size == BLOCK:
+        whole = [(OP_WHOLE, channel, 1, _LEAF_COST, *there) for channel in (0, 1)]
+        return [*whole, product, *((OP_WHOLE_BACK, channel, 1, _LEAF_COST, *back) for channel in (0, 1))]
+    early, nodes, table, stride = [], 1, level.table, size // RADIX
+    while stride > 8:
+        early.append((stride, table))
         table += 8 * nodes
         nodes, stride = 8 * nodes, stride // 8
     passes = []
     for channel in (0, 1):
-        for number, (stride, place) in enumerate(forward):
-            passes.append((OP_MIDDLE if number else OP_FIRST, channel, units, _PASS_COST, stride, place))
-        passes.append((OP_TILES, channel, units, _PASS_COST, 32 * level.partitions, table))
-    cost = _TILE_COST[0] + _TILE_COST[1] * level.partitions
-    passes.append((OP_PRODUCT, 0, size // 8, cost, 0, 0))
+        for number, place in enumerate(early):
+            passes.append((OP_MIDDLE if number else OP_FIRST, channel, units, _PASS_COST, *place))
+        passes.append((OP_TILES, channel, units, _LEAF_COST, there[0], table))
+    passes.append(product)
     for channel in (0, 1):
-        passes.append((OP_UNTILE, channel, units, _PASS_COST, 32, table))
-        for number, (stride, place) in reversed(list(enumerate(forward))):
-            passes.append((OP_BACK if number else OP_ADD, channel, units, _PASS_COST, stride, place))
+        passes.append((OP_UNTILE, channel, units, _LEAF_COST, back[0], table))
+        for number, place in reversed(list(enumerate(early))):
+            passes.append((OP_BACK if number else OP_ADD, channel, units, _PASS_COST, *place))
     return passes
 
 

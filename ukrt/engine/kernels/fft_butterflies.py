@@ -111,9 +111,9 @@ def _transposed(v, points):
 
 
 def _first(radix):
-    def emit(v, x, y, _x_imag, y_imag, stride, table):
-        """Real points at x to complex points at y."""
-        points = _Places(v, radix, x, stride, v.index(0)).load_real()
+    def emit(v, x, y, x_stride, y_imag, stride, table):
+        """Real points at x, with a distance of their own, to complex points at y."""
+        points = _Places(v, radix, x, x_stride, v.index(0)).load_real()
         _forward(v, points, _spread_twiddles(v, table, radix))
         _Places(v, radix, y, stride, y_imag).store(points)
 
@@ -140,18 +140,47 @@ def _middle(step):
     return emit
 
 
-def _to_tiles(v, x, y, x_imag, y_imag, stride, table):
-    """Eight nodes of eight points each, at x, to eight tiles (real, imaginary) at y, ``stride`` apart."""
-    points = _transposed(v, _Places(v, 8, x, v.index(8), x_imag).load())
-    _forward(v, points, _lane_twiddles(v, table))
+def _from_real(v, x):
+    return _Places(v, 8, x, v.index(8), v.index(0)).load_real()
+
+
+def _from_complex(v, x, x_imag):
+    return _Places(v, 8, x, v.index(8), x_imag).load()
+
+
+def _points_to_tiles(v, points, y, y_imag, stride, table):
+    _forward(v, points, _spread_twiddles(v, table, 8))
+    points = _transposed(v, points)
+    _forward(v, points, _lane_twiddles(v, v.at(table, 8)))
     _Places(v, 8, y, stride, y_imag).store(points)
+
+
+def _tiles_to_points(v, x, x_imag, stride, table):
+    points = _Places(v, 8, x, stride, x_imag).load()
+    _inverse(v, points, _lane_twiddles(v, v.at(table, 8)))
+    points = _transposed(v, points)
+    _inverse(v, points, _spread_twiddles(v, table, 8))
+    return points
+
+
+def _to_tiles(v, x, y, x_imag, y_imag, stride, table):
+    """64 points in a row at x through the last two passes to eight tiles (real, imaginary) at y, ``stride`` apart."""
+    _points_to_tiles(v, _from_complex(v, x, x_imag), y, y_imag, stride, table)
+
+
+def _real_to_tiles(v, x, y, _x_imag, y_imag, stride, table):
+    """The same of 64 real points, which is a whole transform."""
+    _points_to_tiles(v, _from_real(v, x), y, y_imag, stride, table)
 
 
 def _from_tiles(v, x, y, x_imag, y_imag, stride, table):
     """Undo `_to_tiles`: tiles at x, ``stride`` apart, to points at y."""
-    points = _Places(v, 8, x, stride, x_imag).load()
-    _inverse(v, points, _lane_twiddles(v, table))
-    _Places(v, 8, y, v.index(8), y_imag).store(_transposed(v, points))
+    _Places(v, 8, y, v.index(8), y_imag).store(_tiles_to_points(v, x, x_imag, stride, table))
+
+
+def _add_tiles(v, x, y, x_imag, y_imag, stride, table):
+    """Undo `_real_to_tiles`: tiles at x, joined, are added to what is at y."""
+    _Places(v, 8, y, v.index(8), y_imag).accumulate(_tiles_to_points(v, x, x_imag, stride, table))
 
 
 def _butterfly(emit):
@@ -168,4 +197,5 @@ def _butterfly(emit):
 first2, first4, first8 = (_butterfly(_first(radix)) for radix in (2, 4, 8))
 last2, last4, last8 = (_butterfly(_last(radix)) for radix in (2, 4, 8))
 forward8, inverse8 = _butterfly(_middle(_forward)), _butterfly(_middle(_inverse))
-to_tiles8, from_tiles8 = _butterfly(_to_tiles), _butterfly(_from_tiles)
+to_tiles, from_tiles = _butterfly(_to_tiles), _butterfly(_from_tiles)
+real_to_tiles, add_tiles = _butterfly(_real_to_tiles), _butterfly(_add_tiles)

@@ -43,10 +43,11 @@ def _twiddles(angles):
 
 def fft_table(n):
     """The twiddle table of a transform of ``n`` samples (ndarray (fft_table_size(n),) [1])."""
-    *early, (_, last) = list(_passes(n))
+    *early, (_, before), (_, last) = list(_passes(n))
     tables = [_twiddles(angles).ravel() for _, angles in early]
     by_lane = _twiddles(last).reshape(-1, 8, NODE).transpose(0, 2, 1)  # eight nodes side by side in the lanes
-    return np.concatenate([*tables, by_lane.ravel()])
+    leaves = np.concatenate([_twiddles(before), by_lane.reshape(-1, 8 * NODE)], axis=1)
+    return np.concatenate([*tables, leaves.ravel()])
 
 
 def fft_angles(n):
@@ -54,3 +55,11 @@ def fft_angles(n):
     *_, (_, last) = list(_passes(n))
     leaves = last.reshape(-1, 1, 8) / 8 + LEAF[None, :, None]
     return leaves.ravel()
+
+
+def place_of(k):
+    """Where point ``k`` of an array of points stands: a cache line is left free after 512 of them.
+
+    Points a power of two apart would share few places in the cache, and compete for them.
+    """
+    return k + (k >> 9 << 3)
