@@ -40,12 +40,14 @@ def kept(tmp_path_factory):
 
 def test_another_process_gives_the_same_bits_without_the_compiler():
     compiled.address("callback")  # whoever comes first compiles and keeps
+    if not machine_code.kept_file().exists():
+        pytest.skip("compiled code is not kept here, or another process is about to")
     engine = Engine(load_preset("paper"), 48000.0)
     engine._function = CALLBACK(callback.callback.address)  # the compiler's own
     engine.send(0, 0x90, 52, 100)
     expected = hashlib.sha256(engine.process(4000).tobytes()).hexdigest()
     got = subprocess.run([sys.executable, "-c", _ANOTHER_PROCESS], capture_output=True, text=True, check=True)
-    assert got.stdout.split() == [expected, "1", str(not compiled.is_kept())]
+    assert got.stdout.split() == [expected, "1", "False"]
 
 
 def test_doors_do_what_kernels_do():

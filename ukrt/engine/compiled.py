@@ -34,13 +34,6 @@ def use(path):
     _given = path
 
 
-def is_kept():
-    """Whether the compiler is not needed (bool)."""
-    from ukrt.engine.machine_code import kept_file
-
-    return kept_file().exists()
-
-
 @functools.cache
 def address(name):
     """Address of a C function (int)."""

@@ -102,6 +102,8 @@ def _make_engine():
 
 def _plays(path):
     """Whether another process can load a file and play a note on it."""
+    if not pathlib.Path(sys.executable or "").name.startswith("python"):
+        return False  # a program that has Python inside, of which nobody wants another
     paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
     try:
         return not subprocess.run(
