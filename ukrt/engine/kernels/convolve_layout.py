@@ -29,14 +29,14 @@ RECORD = 9
 # A step of a programme in vi
 OP, CHANNEL, FIRST, STOP, STRIDE, TABLE = range(6)
 STEP = 6
+# A transform of 64 samples and its inverse are one step each (WHOLE), larger ones several
 OP_WHOLE, OP_FIRST, OP_MIDDLE, OP_TILES, OP_PRODUCT, OP_UNTILE, OP_BACK, OP_ADD, OP_WHOLE_BACK = range(9)
-# a transform and its inverse: one step (WHOLE) of 64 samples, several of more
 
 GROUP = 16  # frames whose direct sums are made at once
 
 # Measured cost of one unit of work [ns, only the ratios matter]: they decide where the programme is cut
 _PASS_COST, _LEAF_COST = 16.0, 28.0  # 64 points of one pass, and of the two that end in tiles
-_TILE_COST = (4.0, 3.0)  # a tile of the product, and of each partition in it
+_TILE_COST = (10.0, 3.0)  # a tile of the product, and of each partition in it
 
 
 @dataclasses.dataclass(frozen=True)

@@ -14,7 +14,7 @@ DOUBLE = ir.DoubleType()
 INT = ir.IntType(64)
 VECTOR = ir.VectorType(DOUBLE, 8)
 HALF = ir.VectorType(DOUBLE, 4)
-ZERO = ir.Constant(VECTOR, [0.0] * 8)
+ZERO, ONE = (ir.Constant(VECTOR, [value] * 8) for value in (0.0, 1.0))
 
 
 class Vectors:
@@ -37,6 +37,16 @@ class Vectors:
     def _pointer(self, offset, kind):
         address = self.builder.gep(self.base, [offset if not isinstance(offset, int) else self.index(offset)])
         return self.builder.bitcast(address, kind.as_pointer())
+
+    def align_stack(self):
+        """Let vectors for which there is no register lie on 64-byte boundaries of the stack.
+
+        Left to itself LLVM puts them where the stack happens to be, mostly across two cache lines. This is a slot that
+        asks for more, whose address it must believe to be used.
+        """
+        slot = cgutils.alloca_once(self.builder, VECTOR)
+        slot.align = 64
+        self.builder.asm(ir.FunctionType(ir.VoidType(), [slot.type]), "", "r", [slot], side_effect=True)
 
     def load(self, offset):
         """Eight doubles from ``offset``."""
@@ -96,7 +106,7 @@ class Vectors:
 
     def reciprocal(self, x):
         """1 / x."""
-        return self.builder.fdiv(ir.Constant(x.type, [1.0] * 8), x)
+        return self.builder.fdiv(ONE, x)
 
     def fold(self, rows):
         """Add up the halves of an even number of vectors, at most eight.

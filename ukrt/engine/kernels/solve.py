@@ -7,8 +7,9 @@ A^T)^-1 of one string (its fingers included, the body not), h = D x:
     lambda + V u mu = V (e_bridge y_body - e)            rows of A
     u . lambda + (4 L / ES + h G h) mu = -psi - h . q*   the scalar auxiliary variable of Kirchhoff-Carrier
 
-Eliminating gives each string's bridge force as lambda_0 + C y_body, and the body, whose shapes are linear along the
-bridge, is two points, a place and a slope: a 2 x 2 system. See ukrt/engine/README.md for why the whole is stable.
+Eliminating gives each string's bridge force as stiff y_body - held_back, and the body, whose shapes are linear along
+the bridge, is two points, a place and a slope: a 2 x 2 system. Nothing else can go on meanwhile, so that what counts is
+how many operations wait for each other, not how many there are. See ukrt/engine/README.md for why the whole is stable.
 """
 
 from types import SimpleNamespace
@@ -17,116 +18,130 @@ from llvmlite import ir
 
 from ukrt.engine import layout as at
 from ukrt.engine.kernels.jit import kernel
-from ukrt.engine.kernels.simd import DOUBLE, ZERO, Loop, vector_kernel
+from ukrt.engine.kernels.simd import ONE, ZERO, Loop, vector_kernel
 
 _ROWS = at.LANES  # distance between the ports of a lane array
 P_PUSH = 0  # in PAIR: the strings' force on the bridge, and its moment about the bass end over the bridge's length
 
 
-def _gather_sums(v, group, n_ports, n_strings):
-    """Add up the partial sums of a group's strings: A q* and u for both polarizations, h G h, h . q*."""
-
-    def row(place):
-        start = at.ACC + place * at.ACC_STRIDE + 64 * group
-        return v.fold([v.load(v.index(start + 8 * s)) for s in range(n_strings)])
-
-    moved = [row(2 * j) for j in range(n_ports)]
-    pushed = [row(2 * j + 1) for j in range(n_ports)]
-    hh, hx = (v.add(*row(place)) for place in (at.SUM_HH, at.SUM_HX))
-    return moved, pushed, hh, hx
+def _total(v, values):
+    """The sum of a list of vectors, in pairs."""
+    while len(values) > 1:
+        values = [v.add(*values[k : k + 2]) if k + 1 < len(values) else values[k] for k in range(0, len(values), 2)]
+    return values[0]
 
 
-def _times(v, matrix, right):
-    """A matrix of vectors times a vector of vectors."""
-    out = []
-    for row in matrix:
-        value = v.mul(row[0], right[0])
-        for entry, x in zip(row[1:], right[1:], strict=True):
-            value = v.fma(entry, x, value)
-        out.append(value)
-    return out
-
-
-def _dot(v, first, second):
-    """Sum of products, in two chains so that neither waits long for the other."""
-    chains = [ZERO, ZERO]
+def _dot(v, first, second, n_chains=2):
+    """Sum of products, in chains that do not wait for each other."""
+    chains = [ZERO] * n_chains
     for k, (x, y) in enumerate(zip(first, second, strict=True)):
-        chains[k % 2] = v.mul(x, y) if chains[k % 2] is ZERO else v.fma(x, y, chains[k % 2])
-    return chains[0] if chains[1] is ZERO else v.add(*chains)
+        c = k % n_chains
+        chains[c] = v.mul(x, y) if chains[c] is ZERO else v.fma(x, y, chains[c])
+    return _total(v, [chain for chain in chains if chain is not ZERO])
+
+
+def _load_inverse(v, lane, n_ports):
+    """V, of which the upper half is enough."""
+
+    def load(j, k):
+        return v.load(v.index(at.V + (j * at.PORTS + k) * _ROWS + lane))
+
+    return [[load(min(j, k), max(j, k)) for k in range(n_ports)] for j in range(n_ports)]
 
 
 def _eliminate(v, group, n_ports, n_strings):
-    """Solve the rows of one group of strings up to the bridge's motion: its force there is ``force + stiff y``."""
+    """Solve the rows of one group of strings up to the bridge's motion: its force there is ``stiff y - held_back``.
+
+    What all strings' sums wait for stands first. ``sums`` is what the body must know of each string: stiff times 1, its
+    place and its place squared, held_back times 1 and its place.
+    """
     lane = 8 * group
 
-    def rows(base, first=0):
-        return [v.load(v.index(base + j * _ROWS + lane)) for j in range(first, n_ports)]
+    def load(base, j=0):
+        return v.load(v.index(base + j * _ROWS + lane))
 
-    moved, pushed, hh, hx = _gather_sums(v, group, n_ports, n_strings)
-    e = []
-    for k, (coming, landing) in enumerate(((at.FIN_Y1, at.LAND_Y), (at.FIN_Z1, at.LAND_Z))):
-        held = [v.add(f, d) for f, d in zip(rows(coming, 1), rows(landing, 1), strict=True)]
-        e.append([moved[0][k]] + [v.sub(m[k], h) for m, h in zip(moved[1:], held, strict=True)])
-    u_y, u_z = [p[0] for p in pushed], [p[1] for p in pushed]
-    inverse = [rows(at.V + j * at.PORTS * _ROWS) for j in range(n_ports)]
-    v_y, v_z, t_y, t_z = (_times(v, inverse, right) for right in (u_y, u_z, *e))
-    sigma, psi = v.load(v.index(at.SIGMA + lane)), v.load(v.index(at.PSI + lane))
-    schur = v.sub(v.sub(v.add(sigma, hh), _dot(v, u_y, v_y)), _dot(v, u_z, v_z))
-    softness = v.reciprocal(schur)
-    driven = v.sub(v.add(_dot(v, v_y, e[0]), _dot(v, v_z, e[1])), v.add(psi, hx))
-    m0 = v.mul(softness, driven)
-    stiff = v.fma(v.mul(v_y[0], v_y[0]), softness, inverse[0][0])
-    force = v.neg(v.fma(v_y[0], m0, t_y[0]))
-    along = v.load(v.index(at.XI + lane))
-    moment = v.mul(stiff, along)
-    sums = v.add(*v.fold([stiff, moment, v.mul(moment, along), force, v.mul(force, along), ZERO]))
+    def gather(place):
+        """Add up a row of partial sums: for Y and for Z."""
+        start = at.ACC + place * at.ACC_STRIDE + 64 * group
+        return v.fold([v.load(v.index(start + 8 * s)) for s in range(n_strings)])
+
+    inverse = _load_inverse(v, lane, n_ports)
+    u_y, u_z = zip(*(gather(2 * j + 1) for j in range(n_ports)), strict=True)
+    v_y, v_z = ([_dot(v, row, u) for row in inverse] for u in (u_y, u_z))
+    sigma, psi, along = load(at.SIGMA), load(at.PSI), load(at.XI)
+    hh = v.add(*gather(at.SUM_HH))
+    softness = v.reciprocal(v.sub(v.add(sigma, hh), _dot(v, u_y + u_z, v_y + v_z, 4)))
+    moved = [gather(2 * j) for j in range(n_ports)]
+    e_y, e_z = [moved[0][0]], [moved[0][1]]
+    for j, (y, z) in enumerate(moved[1:], 1):
+        e_y.append(v.sub(y, v.add(load(at.FIN_Y1, j), load(at.LAND_Y, j))))
+        e_z.append(v.sub(z, v.add(load(at.FIN_Z1, j), load(at.LAND_Z, j))))
+    t_y = _dot(v, inverse[0], e_y)
+    driven = v.sub(_dot(v, v_y + v_z, e_y + e_z, 4), v.add(psi, v.add(*gather(at.SUM_HX))))
+    sums = []
+    for hard, square, order in ((inverse[0][0], v.mul(v_y[0], v_y[0]), 3), (t_y, v.mul(v_y[0], driven), 2)):
+        for _ in range(order):
+            sums.append(v.fma(square, softness, hard))
+            hard, square = v.mul(hard, along), v.mul(square, along)
     return SimpleNamespace(
-        lane=lane, along=along, sums=sums, m0=m0, softness=softness, sigma=sigma, psi=psi,
-        v_y=v_y, v_z=v_z, t_y=t_y, t_z=t_z, held=[row[0] for row in inverse],
+        lane=lane, along=along, sums=sums, softness=softness, driven=driven, sigma=sigma, psi=psi,
+        inverse=inverse, v_y=v_y, v_z=v_z, e_y=e_y, e_z=e_z,
     )  # fmt: skip
 
 
+def _total_everywhere(v, vector):
+    """The sum of the eight elements, in all eight places."""
+    for order in ([1, 0, 3, 2, 5, 4, 7, 6], [2, 3, 0, 1, 6, 7, 4, 5], [4, 5, 6, 7, 0, 1, 2, 3]):
+        vector = v.add(vector, v.shuffle(vector, vector, order))
+    return vector
+
+
 def _solve_body(v, sums):
-    """(1 + W S) z = z* - W p for the bridge's place and slope z, S and p the strings' sums; stores its forces too."""
-    b = v.builder
-    s00, s01, s11, p0, p1 = (b.extract_element(sums, ir.Constant(ir.IntType(32), k)) for k in range(5))
-    w00, w01, w11, z0, z1 = (v.scalar(v.index(at.BODY_W + k)) for k in range(5))
+    """(1 + W S) z = z* + W p for the bridge's place and slope z, S and p the strings' sums; stores its forces too.
 
-    def sum_of(*products):
-        total = b.fmul(*products[0])
-        for x, y in products[1:]:
-            total = b.fadd(total, b.fmul(x, y))
-        return total
-
-    one = ir.Constant(DOUBLE, 1.0)
-    m00, m01 = b.fadd(one, sum_of((w00, s00), (w01, s01))), sum_of((w00, s01), (w01, s11))
-    m10, m11 = sum_of((w01, s00), (w11, s01)), b.fadd(one, sum_of((w01, s01), (w11, s11)))
-    right0, right1 = b.fsub(z0, sum_of((w00, p0), (w01, p1))), b.fsub(z1, sum_of((w01, p0), (w11, p1)))
-    scale = b.fdiv(one, b.fsub(b.fmul(m00, m11), b.fmul(m01, m10)))
-    place = b.fmul(scale, b.fsub(b.fmul(m11, right0), b.fmul(m01, right1)))
-    slope = b.fmul(scale, b.fsub(b.fmul(m00, right1), b.fmul(m10, right0)))
-    push = b.fneg(b.fadd(p0, sum_of((s00, place), (s01, slope))))
-    moment = b.fneg(b.fadd(p1, sum_of((s01, place), (s11, slope))))
-    v.store_scalar(push, v.index(at.PAIR + P_PUSH))
-    v.store_scalar(moment, v.index(at.PAIR + P_PUSH + 1))
-    return v.spread(place), v.spread(slope)
+    Leaves z before the division by the determinant, and what to multiply with instead: nobody waits for both.
+    """
+    s00, s01, s11, p0, p1 = (_total_everywhere(v, value) for value in sums)
+    w00, w01, w11, z0, z1 = (v.spread(v.scalar(v.index(at.BODY_W + k))) for k in range(5))
+    m00, m01 = v.fma(w00, s00, v.fma(w01, s01, ONE)), v.fma(w00, s01, v.mul(w01, s11))
+    m10, m11 = v.fma(w01, s00, v.mul(w11, s01)), v.fma(w01, s01, v.fma(w11, s11, ONE))
+    scale = v.reciprocal(v.fma(v.neg(m01), m10, v.mul(m00, m11)))
+    right0, right1 = v.fma(w00, p0, v.fma(w01, p1, z0)), v.fma(w01, p0, v.fma(w11, p1, z1))
+    place = v.fma(v.neg(m01), right1, v.mul(m11, right0))
+    slope = v.fma(v.neg(m10), right0, v.mul(m00, right1))
+    push = v.fma(v.neg(scale), v.fma(s00, place, v.mul(s01, slope)), p0)
+    moment = v.fma(v.neg(scale), v.fma(s01, place, v.mul(s11, slope)), p1)
+    for k, force in enumerate((push, moment)):
+        first = v.builder.extract_element(force, ir.Constant(ir.IntType(32), 0))
+        v.store_scalar(first, v.index(at.PAIR + P_PUSH + k))
+    return place, slope, scale
 
 
-def _apply(v, part, place, slope):
-    """Given the bridge's motion, the forces of a group of strings; then move their fingers and psi."""
-    bridge = v.fma(part.along, slope, place)
-    mu = v.sub(part.m0, v.mul(part.softness, v.mul(part.v_y[0], bridge)))
+def _apply(v, part, place, slope, scale):
+    """Given the bridge's motion, the forces of a group of strings; then move their fingers and psi.
+
+    Each force is written so that little is left to do once ``scale`` is there.
+    """
+    shape = v.fma(part.along, slope, place)
+    stiff, held_back = part.sums[0], part.sums[3]
+    m0 = v.mul(part.softness, part.driven)
+    mu = v.fma(v.neg(v.mul(v.mul(part.softness, part.v_y[0]), shape)), scale, m0)
+    bridge = v.mul(shape, scale)
     v.store(mu, v.index(at.MU + part.lane))
     v.store(v.neg(v.fma(part.sigma, mu, part.psi)), v.index(at.PSI + part.lane))
-    for j, held in enumerate(part.held):
-        row = j * _ROWS + part.lane
-        force_y = v.sub(v.fma(held, bridge, v.neg(part.t_y[j])), v.mul(part.v_y[j], mu))
-        force_z = v.neg(v.fma(part.v_z[j], mu, part.t_z[j]))
-        v.store(force_y, v.index(at.LAM_Y + row))
-        v.store(force_z, v.index(at.LAM_Z + row))
+    for j, row in enumerate(part.inverse):
+        lane = j * _ROWS + part.lane
         if j:
-            _move_finger(v, row, force_y, at.FIN_Y, at.FIN_Y1)
-            _move_finger(v, row, force_z, at.FIN_Z, at.FIN_Z1)
+            held = v.fma(row[0], bridge, v.neg(_dot(v, row, part.e_y)))
+            force_y = v.fma(v.neg(part.v_y[j]), mu, held)
+        else:
+            force_y = v.fma(v.mul(stiff, shape), scale, v.neg(held_back))
+        force_z = v.neg(v.fma(part.v_z[j], mu, _dot(v, row, part.e_z)))
+        v.store(force_y, v.index(at.LAM_Y + lane))
+        v.store(force_z, v.index(at.LAM_Z + lane))
+        if j:
+            _move_finger(v, lane, force_y, at.FIN_Y, at.FIN_Y1)
+            _move_finger(v, lane, force_z, at.FIN_Z, at.FIN_Z1)
 
 
 def _move_finger(v, row, force, now, coming):
@@ -143,13 +158,11 @@ def _make_solver(n_ports, groups):
 
     @vector_kernel(0)
     def solve(v):
+        v.align_stack()
         parts = [_eliminate(v, group, n_ports, count) for group, count in enumerate(groups)]
-        sums = parts[0].sums
-        for part in parts[1:]:
-            sums = v.add(sums, part.sums)
-        place, slope = _solve_body(v, sums)
+        body = _solve_body(v, [_total(v, list(values)) for values in zip(*(part.sums for part in parts), strict=True)])
         for part in parts:
-            _apply(v, part, place, slope)
+            _apply(v, part, *body)
 
     return solve
 
