@@ -14,7 +14,10 @@ from ukrt.engine.kernels.jit import kernel
 
 _LONG_BITS = 8 * np.dtype("L").itemsize
 _POINTER = ir.IntType(8).as_pointer()
-_C_TYPES = {"pointer": _POINTER, "int": ir.IntType(32), "long": ir.IntType(_LONG_BITS), "void": ir.VoidType()}
+_C_TYPES = {"pointer": _POINTER, "int": ir.IntType(32), "long": ir.IntType(_LONG_BITS)} | {
+    "int64": ir.IntType(64),
+    "void": ir.VoidType(),
+}
 
 
 def _to_c(builder, value, kind):
