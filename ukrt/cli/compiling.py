@@ -6,7 +6,6 @@ making a folder of its name, which only one of them can, and the command says ho
 left in the cache, whoever is ended when; what is missing afterwards, the command makes itself.
 """
 
-import atexit
 import gc
 import importlib
 import os
@@ -35,31 +34,28 @@ def share_compiling(say):
     began, told = time.monotonic(), 0
     with tempfile.TemporaryDirectory(prefix="ukrt-") as folder:
         helpers = [_start(folder) for _ in range(min(cores, len(SHARES)))]
-        while any(helper.poll() is None for helper in helpers):
-            time.sleep(_LOOK_EVERY)
-            done = sum(name.endswith(_DONE) for name in os.listdir(folder))
-            if done > told:
-                say(f"compiled {done} of {len(SHARES)} parts after {time.monotonic() - began:.0f} s")
-                told = done
+        try:
+            while any(helper.poll() is None for helper in helpers):
+                time.sleep(_LOOK_EVERY)
+                done = sum(name.endswith(_DONE) for name in os.listdir(folder))
+                if done > told:
+                    say(f"compiled {done} of {len(SHARES)} parts after {time.monotonic() - began:.0f} s")
+                    told = done
+        finally:
+            for helper in helpers:
+                helper.kill()  # files in the cache are written elsewhere and renamed
+                helper.wait()
 
 
 def _start(folder):
-    """A helper; it ends with this process at the latest."""
     paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
-    process = subprocess.Popen(
+    return subprocess.Popen(
         [sys.executable, "-P", "-m", "ukrt.cli.compiling", folder],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
     )
-    atexit.register(_end, process)
-    return process
-
-
-def _end(process):
-    process.kill()  # files in the cache are written elsewhere and renamed
-    process.wait()
 
 
 def work_through(folder):
