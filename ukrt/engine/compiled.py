@@ -15,6 +15,8 @@ _WORD, _DOUBLE = ctypes.c_int64, ctypes.c_double
 # Name -> module, type of the result, types of the arguments; what the engine calls by its address has no types here.
 _ENTRIES = {
     "callback": ("callback",),
+    "play": ("play",),
+    "take_over": ("take_over",),
     "ticks_now": ("doors", _WORD),
     "lane_push": ("doors", _WORD, _WORD, _WORD, _WORD, _WORD),
     "limiter_gain": ("doors", _DOUBLE, _DOUBLE),

@@ -34,6 +34,8 @@ class Host:
         words[at.W_CLOCK], words[at.W_CLOCK_ID] = _library_function("clock_gettime"), _MONOTONIC.get(sys.platform, 0)
         words[at.W_TIME_AT] = words.ctypes.data + 8 * (at.W_TIME_AT + 1)
         words[at.W_THREAD_ID] = _library_function("gettid") if sys.platform == "linux" else 0
+        words[at.W_TABLE] = words.ctypes.data
+        words[at.W_PLAY], words[at.W_TAKE_OVER] = compiled.address("play"), compiled.address("take_over")
         stage["sd"][at.M_TICKS_PER_SECOND] = tick_rate()
 
     @property
