@@ -1,4 +1,4 @@
-"""The sweep over the modes, as machine code for several processors: whole vectors, fused, nothing gathered.
+"""The sweep over the modes and the convolver's loops, as machine code for several processors: whole vectors, fused.
 
 What the words of ``simd.py`` write is compiled by LLVM for each of them, whatever machine this is.
 """
@@ -10,6 +10,7 @@ import pytest
 from llvmlite import ir
 
 from ukrt.engine import layout as at
+from ukrt.engine.kernels import convolve_vector
 from ukrt.engine.kernels.simd import DOUBLE, INT, Vectors
 from ukrt.engine.kernels.sweep import make_sweep
 
@@ -23,14 +24,14 @@ PROCESSORS = {
 SCATTERED = r"gather|scatter|vfn?madd\w+sd|\bfmadd\b|\bld1\b.*\["  # or one number at a time
 
 
-def machine_code(triple, processor, n_extra):
-    """Assembly of the sweep of a string with ``n_extra`` columns beside the bridge's."""
+def machine_code(triple, processor, emit, n_integers):
+    """Assembly of what ``emit`` writes for an array and ``n_integers`` integers."""
     module = ir.Module()
     module.triple = triple
-    kind = ir.FunctionType(ir.VoidType(), [DOUBLE.as_pointer(), INT, INT, INT])
-    function = ir.Function(module, kind, "sweep")
+    kind = ir.FunctionType(ir.VoidType(), [DOUBLE.as_pointer()] + [INT] * n_integers)
+    function = ir.Function(module, kind, "emitted")
     builder = ir.IRBuilder(function.append_basic_block())
-    make_sweep(n_extra).emit(Vectors(builder, function.args[0]), *function.args[1:])
+    emit(Vectors(builder, function.args[0]), *function.args[1:])
     builder.ret_void()
     target = llvm.Target.from_triple(triple).create_target_machine(cpu=processor, opt=3)
     return target.emit_assembly(llvm.parse_assembly(str(module)))
@@ -58,18 +59,29 @@ def targets():
         pytest.skip("this llvmlite compiles for this machine only")
 
 
-@pytest.mark.parametrize("n_extra", range(at.COLUMNS))
-@pytest.mark.parametrize("processor", PROCESSORS)
-def test_a_pass_is_whole_vectors_and_nothing_else(processor, n_extra):
+def assert_whole_vectors(processor, emit, n_integers, multiply_adds):
+    """A pass of the loop does ``multiply_adds`` of eight doubles each, and nothing one number at a time."""
     triple, register, width, fused = PROCESSORS[processor]
     try:
         llvm.Target.from_triple(triple)
     except RuntimeError:
         pytest.skip(f"this llvmlite does not compile for {triple}")
-    loop = hot_loop(machine_code(triple, processor, n_extra))
+    loop = hot_loop(machine_code(triple, processor, emit, n_integers))
     text = "\n".join(loop)
-    multiply_adds = 3 * (1 + n_extra) + 4  # mu, a; for each column its force and two sums; two sums of the tension
     assert len(re.findall(fused, text)) == multiply_adds * 8 // width
     assert not re.findall(SCATTERED, text), text
     arithmetic = [line for line in loop if re.search(r"mul|add\w*p|fml[as]", line)]
     assert all(re.search(register, line) for line in arithmetic), arithmetic
+
+
+@pytest.mark.parametrize("n_extra", range(at.COLUMNS))
+@pytest.mark.parametrize("processor", PROCESSORS)
+def test_a_pass_is_whole_vectors_and_nothing_else(processor, n_extra):
+    # mu, a; for each column its force and two sums; two sums of the tension
+    assert_whole_vectors(processor, make_sweep(n_extra).emit, 3, 3 * (1 + n_extra) + 4)
+
+
+@pytest.mark.parametrize("processor", PROCESSORS)
+def test_the_convolver_too(processor):
+    assert_whole_vectors(processor, convolve_vector._head, 6, 64)  # 8 taps, 2 ends, 2 sides, 16 frames
+    assert_whole_vectors(processor, convolve_vector._products, 6, 32)  # 4 complex products for each of two periods

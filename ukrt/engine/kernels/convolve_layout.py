@@ -4,7 +4,8 @@ The response is cut into a head of 64 taps, run directly, and levels of equal pa
 partitions of 64, from tap 1024 of 512, from tap 8192 of 4096 (Gardner, J. Audio Eng. Soc. 43(3), 127-136, 1995). A
 level of size N has its input block complete at a frame t that is a multiple of N, and its result is first heard at
 t + N (the 64s: at t); so it has N / 64 blocks of 64 frames to work in, and here is written down, once, which share of
-which pass falls to which of them.
+which pass falls to which of them. Where a level has two partitions or more, products are summed for two of its periods
+at once, in one half of the bins in even periods, in the other in odd ones: responses are read half as often.
 """
 
 import dataclasses
