@@ -5,7 +5,7 @@ spectra is the product of the polynomials modulo z^n - i: with real inputs its r
 linear convolution and its imaginary part the second half. So n real samples need a complex transform of n points, no
 zero padding to 2n points, no untangling, no special first bin. Decimation by radix 8 in place, twiddles a table in the
 caller's array, every operation on vectors of eight doubles; forward and inverse agree on the permuted order, which
-`fft_tables.fft_angles` tells. Sizes: powers of two from 64. The two passes that end in the result are one, in registers.
+`fft_angles` of `fft_tables` tells. Sizes: powers of two from 64. The two last passes are one, in registers.
 
 A pass divides z^(rm) - e^(i t) into r factors z^m - e^(i u), u = t/r + 2 pi j/r, by layers of (a + w b, a - w b). The
 inverse carries no 1/n; put it into one of the factors of the product. Passes can be run in shares (units), so that a
