@@ -12,6 +12,8 @@ import numpy as np
 from ukrt.engine import stage_layout as at
 from ukrt.engine.kernels.callback import callback
 from ukrt.engine.kernels.machine import ticks_now
+from ukrt.engine.kernels.play import play
+from ukrt.engine.kernels.take_over import take_over
 
 _MONOTONIC = {"linux": 1, "darwin": 8}  # the clock that time.monotonic_ns reads: CLOCK_MONOTONIC, CLOCK_UPTIME_RAW
 
@@ -35,6 +37,7 @@ class Host:
         words[at.W_CLOCK], words[at.W_CLOCK_ID] = _library_function("clock_gettime"), _MONOTONIC.get(sys.platform, 0)
         words[at.W_TIME_AT] = words.ctypes.data + 8 * (at.W_TIME_AT + 1)
         words[at.W_THREAD_ID] = _library_function("gettid") if sys.platform == "linux" else 0
+        words[at.W_TABLE], words[at.W_PLAY], words[at.W_TAKE_OVER] = words.ctypes.data, play.address, take_over.address
         stage["sd"][at.M_TICKS_PER_SECOND] = tick_rate()
 
     @property
