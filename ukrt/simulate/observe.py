@@ -103,7 +103,8 @@ class EngineObserver(Collector):
         for point, weights in zip(self.case.record.displacement, self._points, strict=True):
             lanes = slice(0, 4) if point.direction == "Y" else slice(4, 8)
             x = self._strings[:n, self._tiles_of(self.case.string_number(point.string)), lanes]
-            columns.append(x.reshape(n, -1) @ weights)
+            # einsum, since the last bit of a matrix product's row depends on how many rows there are
+            columns.append(np.einsum("nm,m->n", x.reshape(n, -1), weights))
         return np.array(columns).T
 
     def _follow_ports(self):
