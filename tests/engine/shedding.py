@@ -4,9 +4,9 @@ import numpy as np
 
 from ukrt.engine import layout as at
 from ukrt.engine import stage_layout as stage_at
+from ukrt.engine.convolver import convolver_prepare, convolver_size
 from ukrt.engine.discretize import aligned
 from ukrt.engine.engine import Engine
-from ukrt.engine.kernels.convolve import convolver_prepare, convolver_size
 from ukrt.engine.kernels.shed import EVERY
 from ukrt.model.presets import load_preset
 

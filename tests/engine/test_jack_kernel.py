@@ -10,8 +10,8 @@ import pytest
 from ukrt.drivers.jack.table import held_messages
 from ukrt.engine import jack_layout as at
 from ukrt.engine import stage_layout as stage
+from ukrt.engine.kernel_cache import cache_folder
 from ukrt.engine.kernels import jack, jack_notices
-from ukrt.engine.kernels.jit import cache_folder
 from ukrt.engine.map_layout import DROPPED, PRESSURE_SOURCE, map_entry
 
 POINTER, UINT, ULONG = ctypes.c_void_p, ctypes.c_uint32, ctypes.c_ulong

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ukrt.engine import convolver
 from ukrt.engine.kernels import convolve
 
 
@@ -14,9 +15,9 @@ def aligned(length):
 
 def make_convolver(ir):
     """The two arrays of a convolver of ``ir`` (n, 2, 2)."""
-    len_v, len_vi = convolve.convolver_size(len(ir))
+    len_v, len_vi = convolver.convolver_size(len(ir))
     v, vi = aligned(len_v), np.zeros(len_vi, dtype=np.int64)
-    convolve.convolver_prepare(ir, v, vi)
+    convolver.convolver_prepare(ir, v, vi)
     return v, vi
 
 

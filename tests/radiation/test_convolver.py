@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from convolver_runs import make_convolver, stream
 
+from ukrt.engine import convolver
 from ukrt.engine.kernels import convolve, convolve_layout
 
 
@@ -113,7 +114,7 @@ def test_work_is_spread_evenly(n_taps):
 def test_illegal_lengths_and_places_are_refused():
     for n_taps in (0, convolve_layout.MAX_TAPS + 1):
         with pytest.raises(ValueError, match="taps"):
-            convolve.convolver_size(n_taps)
-    len_v, len_vi = convolve.convolver_size(100)
+            convolver.convolver_size(n_taps)
+    len_v, len_vi = convolver.convolver_size(100)
     with pytest.raises(ValueError, match="64-byte"):
-        convolve.convolver_prepare(np.zeros((100, 2, 2)), np.zeros(len_v - 1), np.zeros(len_vi, dtype=np.int64))
+        convolver.convolver_prepare(np.zeros((100, 2, 2)), np.zeros(len_v - 1), np.zeros(len_vi, dtype=np.int64))

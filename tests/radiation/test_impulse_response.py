@@ -69,7 +69,7 @@ def test_same_rate_changes_no_bit(tmp_path):
 
 
 def test_longest_legal_response_fits_the_convolver_at_every_rate(tmp_path):
-    from ukrt.engine.kernels.convolve import convolver_size
+    from ukrt.engine.convolver import convolver_size
 
     path = write(tmp_path / "a.wav", np.zeros(96000))
     assert convolver_size(len(ir.load_impulse_response(path, 192000).samples))

@@ -12,6 +12,7 @@ import time
 import numba
 import numpy as np
 
+from ukrt.engine import convolver
 from ukrt.engine.kernels import convolve
 from ukrt.engine.kernels.machine import ticks, ticks_now
 
@@ -38,10 +39,10 @@ def aligned(length):
 def measure(n_taps, seconds):
     """CPU time [s] of so much sound, median and 99th percentile of the blocks' times [us]."""
     rng = np.random.default_rng(1)
-    len_v, len_vi = convolve.convolver_size(n_taps)
+    len_v, len_vi = convolver.convolver_size(n_taps)
     v, vi, out = aligned(len_v), np.zeros(len_vi, np.int64), aligned(2 * BLOCK)
     decay = np.exp(-5.0 * np.arange(n_taps) / n_taps)[:, None, None]
-    convolve.convolver_prepare(0.01 * decay * rng.standard_normal((n_taps, 2, 2)), v, vi)
+    convolver.convolver_prepare(0.01 * decay * rng.standard_normal((n_taps, 2, 2)), v, vi)
     sound = rng.uniform(-1.0, 1.0, (SAMPLE_RATE // BLOCK, 2 * BLOCK))
     warm_up, n = SAMPLE_RATE // BLOCK, int(seconds * SAMPLE_RATE) // BLOCK
     times = np.zeros(n, np.int64)

@@ -242,26 +242,27 @@ def clock_time(seconds):
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
 
 
-def announce_compiling(last, what="the engine", long="half a minute"):
-    """Say so where something has to be compiled first, which takes a while; ``last`` is what is compiled last.
+def announce_compiling(*needed, what="the engine", long="half a minute"):
+    """Say so where something has to be compiled first, which takes a while; ``needed`` are functions' names.
 
     Returns whether it has to be (bool).
     """
-    from ..engine.kernels.jit import cache_folder
+    from ..engine.kernel_cache import cache_folder
 
-    missing = not any(pathlib.Path(cache_folder()).rglob(f"*{last}*.nbi"))
+    folder = pathlib.Path(cache_folder())
+    missing = not all(any(folder.rglob(f"*.{name}-*.nbi")) for name in needed)
     if missing:
         say(f"compiling {what} for this machine; this is done once and takes {long}")
     return missing
 
 
 def _begin_compiling():
-    """Say so where the engine has to be compiled first, and let a second process help; returns whether it has to be."""
-    missing = announce_compiling("callback")
+    """Say so where the engine has to be compiled first, and let helpers do it; returns whether it has to be."""
+    missing = announce_compiling("callback", "play", "take_over")
     if missing:
         from .compiling import share_compiling
 
-        share_compiling()
+        share_compiling(say)
     return missing
 
 

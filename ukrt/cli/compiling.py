@@ -1,55 +1,81 @@
-"""A second process that shares the compiling before the first sound.
+"""Several processes share the compiling before the first sound.
 
-Run as ``python -m ukrt.cli.compiling`` it compiles everything beside the callback into the cache of compiled code: what
-Python calls to prepare an engine, and the callbacks of the drivers. The command itself compiles the callback meanwhile
-and finds the rest there. Whichever comes first leaves whole files; what is missing, the command makes itself.
+What has to be compiled comes in shares, which write into the cache of compiled code and need nothing of each other. The
+command starts helpers, ``python -m ukrt.cli.compiling FOLDER``, one for each core. They take share after share, each by
+making a folder of its name, which only one of them can, and the command says how many are done. Only whole files are
+left in the cache, whoever is ended when; what is missing afterwards, the command makes itself.
 """
 
-import atexit
+import gc
+import importlib
 import os
 import pathlib
 import subprocess
 import sys
+import tempfile
+import time
 
 _ROOT = pathlib.Path(__file__).resolve().parents[2]
+# In this order: what takes longest comes first.
+SHARES = ("callback", "play", "take_over", "doors")
+_DONE = "-done"
+_LOOK_EVERY = 0.05  # s
 
 
-def share_compiling():
-    """Start the second process, if there is a second core; it ends with this one at the latest."""
+def share_compiling(say):
+    """Have the engine compiled by a helper on each core that is of use.
+
+    Parameters
+    ----------
+    say : callable (str)
+        Told of each share that is done.
+    """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    if cores == 1:
-        return
+    began, told = time.monotonic(), 0
+    with tempfile.TemporaryDirectory(prefix="ukrt-") as folder:
+        helpers = [_start(folder) for _ in range(min(cores, len(SHARES)))]
+        try:
+            while any(helper.poll() is None for helper in helpers):
+                time.sleep(_LOOK_EVERY)
+                done = sum(name.endswith(_DONE) for name in os.listdir(folder))
+                if done > told:
+                    say(f"compiled {done} of {len(SHARES)} parts after {time.monotonic() - began:.0f} s")
+                    told = done
+        finally:
+            for helper in helpers:
+                helper.kill()  # files in the cache are written elsewhere and renamed
+                helper.wait()
+
+
+def _start(folder):
     paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "ukrt.cli.compiling"],
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", "ukrt.cli.compiling", folder],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
     )
-    atexit.register(_end, process)
 
 
-def _end(process):
-    process.kill()  # files in the cache are written elsewhere and renamed
-    process.wait()
+def work_through(folder):
+    """Compile one share after the other that nobody else has taken; ``folder`` keeps who has."""
+    for share in SHARES:
+        place = os.path.join(folder, share)
+        try:
+            os.mkdir(place)
+        except FileExistsError:
+            continue
+        compile_share(share)
+        os.mkdir(place + _DONE)
 
 
-def compile_beside():
-    """Call or import whatever is compiled on its own, but for the callback."""
-    from ..engine.instance import Instance
-    from ..engine.kernels.energy import total_energy
-    from ..engine.kernels.machine import ticks_now
-    from ..engine.kernels.queue import lane_push
-    from ..engine.stage import Stage
-    from ..model.presets import load_preset
-
-    instance, stage = Instance(load_preset("classical"), 48000.0), Stage(2)
-    total_energy(instance.d, instance.i)
-    lane_push(stage.si, 0, 0, 0)
-    ticks_now()
-    from ..engine.kernels import idle, jack, jack_notices, spread  # noqa: F401
+def compile_share(share):
+    """Import a module of kernels, by which its C functions are compiled."""
+    importlib.import_module(f"ukrt.engine.kernels.{share}")
 
 
 if __name__ == "__main__":
-    compile_beside()
+    gc.disable()  # a compiler holds on to most of what it makes: looking through it takes a tenth of the time
+    work_through(sys.argv[1])
+    os._exit(0)  # nothing to tidy up, which would take a second

@@ -20,7 +20,6 @@ from .common import (
     load_guitar,
     make_console,
     make_engine,
-    need_compiled,
     number,
     piece,
     say,
@@ -140,10 +139,10 @@ def run(args):
 
 def _run_many(args, report_path):
     """Several files, several at a time."""
-    from .render_many import choose_jobs, plan, render_many, tell
+    from .render_many import choose_jobs, plan, prepare, render_many, tell
 
     plans = plan(args)
-    need_compiled(load_guitar(args))
+    prepare(args)
     results = render_many(plans, choose_jobs(args.jobs, len(plans)), render_one)
     if report_path:
         write_report(report_path, {"files": [_entry(one, result) for one, result in zip(plans, results, strict=True)]})

@@ -1,8 +1,10 @@
 """``ukrt render`` with several files: each is rendered by itself, several at a time, each worker on a core of its own.
 
-The strings of one piece cannot be parted, since they are coupled; pieces can.
+The strings of one piece cannot be parted, since they are coupled; pieces can. Where that is safe workers are forked
+from this process, which has loaded, compiled and solved before what all of them need; elsewhere each starts anew.
 """
 
+import contextlib
 import copy
 import multiprocessing
 import multiprocessing.connection
@@ -10,9 +12,19 @@ import os
 import pathlib
 import signal
 import sys
+import threading
 
 from ..errors import UkrtError
-from .common import UsageError, clock_time, make_console, say, sound_of
+from .common import (
+    UsageError,
+    clock_time,
+    load_guitar,
+    make_console,
+    make_engine,
+    need_compiled,
+    say,
+    sound_of,
+)
 
 _PATIENCE = 5.0  # s that an interrupted worker has to remove what is half-written
 _SHOW_EVERY = 0.5  # s of sound between two words from a worker
@@ -21,6 +33,11 @@ _SHOW_EVERY = 0.5  # s of sound between two words from a worker
 def choose_jobs(wanted, files):
     """How many workers (int): as asked for, or one for each core that we may use; never more than files."""
     return max(1, min(wanted or len(_cores()), files))
+
+
+def can_fork():
+    """Whether workers may be copies of this process (bool): Linux's libraries bear it, while no thread of ours runs."""
+    return sys.platform == "linux" and threading.active_count() == 1
 
 
 def check_folder(path):
@@ -51,6 +68,19 @@ def plan(args):
     if folder:  # not before all are known to be possible
         folder.mkdir(exist_ok=True)
     return plans
+
+
+def prepare(args):
+    """Compile what is not yet; load and solve what workers that are forked all need."""
+    guitar = load_guitar(args)
+    if not can_fork():
+        need_compiled(guitar)
+        return
+    from .. import render  # noqa: F401
+    from ..drivers.takes import reader  # noqa: F401
+
+    with contextlib.suppress(UkrtError):  # what is wrong is said of each file
+        make_engine(guitar, args.rate or 48000, signal=args.signal or "pressure").close()
 
 
 def render_many(plans, jobs, render_one):
@@ -85,13 +115,14 @@ class _Crew:
         self._plans, self._waiting = plans, list(range(len(plans)))[::-1]
         self._results = [None] * len(plans)
         self._doing = {}  # connection -> number of the file
-        context = multiprocessing.get_context("spawn")
-        cores = _cores()
+        forked, cores = can_fork(), _cores()
+        context = multiprocessing.get_context("fork" if forked else "spawn")
         self._workers = {}
         for n in range(jobs):
             ours, theirs = context.Pipe()
             core = cores[n % len(cores)] if cores else None
-            process = context.Process(target=_work, args=(theirs, core, render_one), daemon=True)
+            inherited = [*self._workers, ours] if forked else []
+            process = context.Process(target=_work, args=(theirs, inherited, core, render_one), daemon=True)
             process.start()
             theirs.close()
             self._workers[ours] = process
@@ -145,13 +176,18 @@ class _Crew:
                 process.terminate()
 
 
-def _work(connection, core, render_one):
-    """A worker: takes arguments, gives back progress and a report or a sentence, until nobody listens."""
-    if core is not None:
-        os.sched_setaffinity(0, {core})
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.default_int_handler)
+def _work(connection, inherited, core, render_one):
+    """A worker: takes arguments, gives back progress and a report or a sentence, until nobody listens.
+
+    ``inherited`` are the other process's ends: as long as a copy of one is open, nobody would be seen to have gone.
+    """
     try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
+        for other in inherited:
+            other.close()
+        if core is not None:
+            os.sched_setaffinity(0, {core})
         while True:
             args = connection.recv()
             try:

@@ -69,7 +69,7 @@ def run(args):
     if start_s > score.duration_s:
         raise UsageError(f"--from {args.start.text}: {args.midi} ends at {score.duration_s:.1f} s, before that")
     guitar = load_guitar(args)
-    announce_compiling("player_message", "the guitarist", "some seconds")
+    announce_compiling("player_message", what="the guitarist", long="some seconds")
     from ..notation.silent import play_silently
     from ..playing.written_fingering import choose_fingering
 

@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ukrt.engine import layout as at
-from ukrt.engine.kernels.modes import flow, tune_string
-from ukrt.engine.kernels.ports import refit_string
+from ukrt.engine.compiled import flow, refit_string, tune_string
 from ukrt.errors import ParameterError
 from ukrt.model.body import body_modes, bridge_ends
 from ukrt.model.strings import REFERENCE_HZ, string_modes, string_modes_range

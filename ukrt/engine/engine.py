@@ -9,10 +9,9 @@ import numpy as np
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
 from ukrt.engine.callback_type import CALLBACK
+from ukrt.engine.compiled import lane_push, total_energy
 from ukrt.engine.host import Host
 from ukrt.engine.instance import Instance
-from ukrt.engine.kernels.energy import total_energy
-from ukrt.engine.kernels.queue import lane_push
 from ukrt.engine.note_log import count_logged, read_note_log
 from ukrt.engine.slots import Slots
 from ukrt.engine.stage import Stage

@@ -9,9 +9,8 @@ import time
 
 import numpy as np
 
+from ukrt.engine import compiled
 from ukrt.engine import stage_layout as at
-from ukrt.engine.kernels.callback import callback
-from ukrt.engine.kernels.machine import ticks_now
 
 _MONOTONIC = {"linux": 1, "darwin": 8}  # the clock that time.monotonic_ns reads: CLOCK_MONOTONIC, CLOCK_UPTIME_RAW
 
@@ -35,12 +34,14 @@ class Host:
         words[at.W_CLOCK], words[at.W_CLOCK_ID] = _library_function("clock_gettime"), _MONOTONIC.get(sys.platform, 0)
         words[at.W_TIME_AT] = words.ctypes.data + 8 * (at.W_TIME_AT + 1)
         words[at.W_THREAD_ID] = _library_function("gettid") if sys.platform == "linux" else 0
+        words[at.W_TABLE] = words.ctypes.data
+        words[at.W_PLAY], words[at.W_TAKE_OVER] = compiled.address("play"), compiled.address("take_over")
         stage["sd"][at.M_TICKS_PER_SECOND] = tick_rate()
 
     @property
     def callback_address(self):
         """Address of the C function with PortAudio's callback signature (int)."""
-        return callback.address
+        return compiled.address("callback")
 
     @property
     def userdata_address(self):
@@ -81,7 +82,7 @@ def tick_rate(seconds=0.02):
     """Ticks per second of the counter that measures the callback's load [1/s]; 0 where there is none. Measured once."""
     global _tick_rate
     if _tick_rate is None:
-        began, first = time.perf_counter(), ticks_now()
+        began, first = time.perf_counter(), compiled.ticks_now()
         time.sleep(seconds)
-        _tick_rate = (ticks_now() - first) / (time.perf_counter() - began)
+        _tick_rate = (compiled.ticks_now() - first) / (time.perf_counter() - began)
     return _tick_rate

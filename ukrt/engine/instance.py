@@ -3,14 +3,14 @@
 import numpy as np
 
 from ukrt.engine import layout as at
+from ukrt.engine.compiled import convolver_reset, player_reset
+from ukrt.engine.convolver import convolver_prepare, convolver_size
 from ukrt.engine.discretize import check_rate, fill_instance
-from ukrt.engine.kernels.convolve import convolver_prepare, convolver_reset, convolver_size
-from ukrt.engine.kernels.player import player_reset
 from ukrt.engine.memory import Block
 from ukrt.engine.player_tables import make_player_tables
+from ukrt.engine.solved_intonations import solved_intonation
 from ukrt.errors import ParameterError
 from ukrt.model.fingerboard import fingerboard
-from ukrt.model.intonation import make_intonation
 from ukrt.radiation.impulse_response import load_impulse_response
 from ukrt.units import db_to_gain
 
@@ -53,7 +53,7 @@ class Instance:
         check_rate(sample_rate, guitar)
         self.guitar, self.sample_rate, self.signal = guitar, float(sample_rate), signal
         self.channels = {"pressure": 2, "bridge-force": 1, "strings": len(guitar.strings)}[signal]
-        self.intonation = make_intonation(guitar)
+        self.intonation = solved_intonation(guitar)
         response = _SILENCE
         if signal == "pressure":
             impulse_response = impulse_response or load_impulse_response(

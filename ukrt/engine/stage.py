@@ -6,6 +6,7 @@ import numpy as np
 
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
+from ukrt.engine.compiled import limiter_gain
 from ukrt.engine.memory import Block
 from ukrt.engine.note_log import read_counters
 from ukrt.units import gain_to_db
@@ -205,8 +206,6 @@ class Stage:
 
     def _limiter_db(self):
         """The most that the limiter has taken away [dB], 0 or negative."""
-        from ukrt.engine.kernels.card import limiter_gain
-
         return gain_to_db(limiter_gain(float(self.sd[at.M_PEAK]))) if self.limiter else 0.0
 
     def close(self):

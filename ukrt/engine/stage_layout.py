@@ -118,7 +118,8 @@ METER, OUT = _SD["METER"], _SD["OUT"]
 ) = range(8)  # fmt: skip
 # W_CLOCK, W_THREAD_ID: addresses of the C library's clock_gettime and gettid, 0 where the host gives none
 W_TIME_AT = 8  # address of the two words that follow, scratch for the clock
-W_SLOTS = 11
+W_TABLE, W_PLAY, W_TAKE_OVER = range(11, 14)  # address of the table itself, and of the C functions of entries.py
+W_SLOTS = 14
 SLOT_WORDS = 8  # of each of the two slots: address and length of d, i, v, vi
 WORDS = W_SLOTS + 2 * SLOT_WORDS
 DOUBLE_OUTPUT = 1 << 31  # in the callback's flags: write doubles, without gain, limiter or recording

@@ -7,6 +7,7 @@ by -Z(s) lambda. The two move as one, so the poles are the zeros of Y(s) + Z(s).
 """
 
 import copy
+import functools
 
 import numpy as np
 
@@ -39,27 +40,18 @@ class HeldString:
     def __init__(self, string, holders=(), places=None, tension=None, split_hz=SPLIT_HZ, reference_hz=REFERENCE_HZ):
         if places is None:
             places = np.array([point.place for point in holders])
-        split, last = mode_count(string, split_hz), mode_count(string, max(split_hz, reference_hz))
+        low, rest = _low_and_high(string, split_hz, reference_hz)
+        if tension is not None:
+            split, last = low.count, low.count + rest.count
+            low, rest = numbered_modes(string, 0, split, tension), numbered_modes(string, split, last, tension)
         points = np.concatenate([np.full((*places.shape[:-1], 1), string.length), places], axis=-1)
-        rest = numbered_modes(string, split, last, tension)
-        self.holders, self.modes = tuple(holders), numbered_modes(string, 0, split, tension)
+        self.holders, self.modes = tuple(holders), low
         self.phi = self.modes.shape(points)
         self.moments = compliance_moments(rest, rest.shape(points), MOMENTS)
 
     def compliance(self, s):
         """Y(s) at the bridge: ndarray like ``s``, complex [m/N]."""
-        full = receptance(self.modes, self.phi, s)
-        power = np.ones_like(s)
-        for moment in self.moments:
-            full += power[..., None, None] * moment
-            power = power * s
-        for n, point in enumerate(self.holders, start=1):
-            full[..., n, n] += point.receptance(s)
-        if not self.holders:
-            return full[..., 0, 0]
-        cross = full[..., 1:, 0]
-        inner = np.linalg.solve(full[..., 1:, 1:], cross[..., None])[..., 0]
-        return full[..., 0, 0] - np.sum(cross * inner, axis=-1)
+        return _at_the_bridge(receptance(self.modes, self.phi, s), self.moments, _given_way(self.holders, s), s)
 
     def at(self, chosen):
         """The same for some of the n values of s: ``chosen`` is an index array or mask over them."""
@@ -73,6 +65,44 @@ class HeldString:
             for name in ("omega", "zeta"):
                 object.__setattr__(part.modes, name, getattr(self.modes, name)[chosen])
         return part
+
+
+@functools.lru_cache(maxsize=64)
+def _low_and_high(string, split_hz, reference_hz):
+    """The modes of a string to ``split_hz`` and the rest, at its own tension."""
+    split, last = mode_count(string, split_hz), mode_count(string, max(split_hz, reference_hz))
+    return numbered_modes(string, 0, split), numbered_modes(string, split, last)
+
+
+def _given_way(holders, s):
+    """Displacement over force of each of the holders: list of ndarray like ``s`` [m/N]."""
+    return [point.receptance(s) for point in holders]
+
+
+def _at_the_bridge(full, moments, fingers, s):
+    """Y(s) at the bridge.
+
+    Parameters
+    ----------
+    full : ndarray (..., 1 + n_held, 1 + n_held) complex [m/N]
+        Receptance of the low modes between bridge and held points; is overwritten.
+    moments : sequence of ndarray (..., 1 + n_held, 1 + n_held)
+        Of all modes above.
+    fingers : sequence (n_held,) of ndarray (...)
+        Displacement over force of what holds.
+    s : ndarray (...) complex [1/s]
+    """
+    power = np.ones_like(s)
+    for moment in moments:
+        full += power[..., None, None] * moment
+        power = power * s
+    for n, given_way in enumerate(fingers, start=1):
+        full[..., n, n] += given_way
+    if not fingers:
+        return full[..., 0, 0]
+    cross = full[..., 1:, 0]
+    inner = np.linalg.solve(full[..., 1:, 1:], cross[..., None])[..., 0]
+    return full[..., 0, 0] - np.sum(cross * inner, axis=-1)
 
 
 class Bridge:
@@ -93,7 +123,7 @@ class Bridge:
             raise ValueError(f"others is {others!r}, but it must be one of {', '.join(OTHERS)}")
         self.body, self.ends, self.split_hz = body_modes(guitar.body), bridge_ends(guitar.body), split_hz
         self.weights = end_weights([string.bridge_position for string in guitar.strings])
-        self.loads = []
+        self.loads, self._others = [], {}
         if others != "absent" and self.body.count:
             held = [held_by_damper(guitar.damper, string) if others == "damped" else () for string in guitar.strings]
             self.loads = [
@@ -116,14 +146,24 @@ class Bridge:
         if not self.body.count:
             return np.zeros_like(s)
         body = receptance(self.body, self.ends, s)
-        load = np.zeros_like(body)
-        for n, other in enumerate(self.loads):
-            if n != string:
-                load += np.outer(self.weights[n], self.weights[n]) / other.compliance(s)[..., None, None]
+        load = self._load(string, s) if self.loads else np.zeros_like(body)
         (a, b), (c, d) = np.moveaxis(np.eye(2) + body @ load, (-2, -1), (0, 1))
         u, v = np.moveaxis(body @ self.weights[string], -1, 0)
         x, y = self.weights[string]
         return (x * (d * u - b * v) + y * (a * v - c * u)) / (a * d - b * c)
+
+    def _load(self, string, s):
+        """What all strings but one ask of the ends of the bridge: ndarray (n, 2, 2) complex [N/m]."""
+        if string not in self._others:
+            others = [n for n in range(len(self.loads)) if n != string]
+            loads = [self.loads[n] for n in others]
+            moments = np.stack([one.moments for one in loads], axis=1)[:, :, None]
+            self._others[string] = loads, moments, np.array([np.outer(w, w) for w in self.weights[others]])
+        loads, moments, shares = self._others[string]
+        full = np.stack([receptance(one.modes, one.phi, s) for one in loads])
+        fingers = [np.stack(one) for one in zip(*[_given_way(load.holders, s) for load in loads], strict=True)]
+        compliance = _at_the_bridge(full, moments, fingers, s)
+        return np.sum(shares[:, None] / compliance[..., None, None], axis=0)
 
     @property
     def body_poles(self):
@@ -148,8 +188,18 @@ class Characteristic:
         self.bridge, self.string, self.held, self.share = bridge, string, held, share
 
     def __call__(self, s):
-        own = self.held.compliance(s)
-        return own + self.share * self.bridge.compliance(self.string, s) if self.share else own
+        return self.several(s)[0]
+
+    def several(self, *sets, own=None):
+        """F at several sets of points, each as many as there are settings: list of ndarray (n,) complex.
+
+        ``own`` is the string's compliance at the first set, where it is known.
+        """
+        values = [self.held.compliance(s) for s in sets] if own is None else [own, *map(self.held.compliance, sets[1:])]
+        if not self.share:
+            return values
+        body = self.bridge.compliance(self.string, np.concatenate(sets)).reshape(len(sets), -1)
+        return [value + self.share * part for value, part in zip(values, body, strict=True)]
 
     def at(self, chosen):
         """The same for some of the values of s."""

@@ -8,7 +8,6 @@ the place of a fretted one. Where a body mode is near, several solutions exist a
 it is so near and so strongly coupled that no setting puts the slower pole there (a wolf note), the nearest is chosen.
 """
 
-import functools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +26,7 @@ LARGEST_MOVE = np.array([8.0, 40.0])  # 1/s and cents in one step of the search
 FARTHEST = 300.0  # cents between a note and the knob's starting value beyond which a solution is not believed
 WOLF_CENTS = np.arange(-60.0, 61.0, 2.0)  # settings that are tried where none is in tune: not as far as the next fret
 CLEARANCE = 2e-3  # m that the finger's last contact keeps from the nut
+MOST_KNOWN = 32  # intonations that a process remembers
 IN_TUNE = 1e-3  # cents between the slowest pole and the note
 
 
@@ -63,12 +63,37 @@ def make_intonation(guitar):
     Intonation
         Arrays are shared between calls and read-only.
     """
-    plain = replace(guitar, name="", description="", radiation=Radiation(""), basis=Basis())
-    return _solved(plain)
+    plain = what_counts(guitar)
+    found = _known.get(plain)
+    if found is None:
+        found = _solve(plain)
+        remember(plain, found)
+    return found
 
 
-@functools.lru_cache(maxsize=32)
-def _solved(guitar):
+def what_counts(guitar):
+    """The guitar without anything that its intonation does not depend on (Guitar)."""
+    return replace(guitar, name="", description="", radiation=Radiation(""), basis=Basis())
+
+
+_known = {}
+
+
+def is_known(plain):
+    """Whether what `what_counts` gave has been solved before (bool)."""
+    return plain in _known
+
+
+def remember(plain, intonation):
+    """Let this be the intonation of what `what_counts` gave; the first of many is forgotten."""
+    for array in (intonation.tensions, intonation.places, intonation.cents_left, intonation.decay_rates):
+        array.setflags(write=False)
+    while len(_known) >= MOST_KNOWN:
+        _known.pop(next(iter(_known)), None)
+    _known[plain] = intonation
+
+
+def _solve(guitar):
     board = fingerboard(guitar)
     options = {
         "others": "damped" if guitar.damper.places else "absent",
@@ -79,10 +104,7 @@ def _solved(guitar):
     tuned = with_tensions(board.guitar, tensions)
     bridge = Bridge(tuned, **options)
     rows = [_one_string(tuned, bridge, board, n, equal) for n in range(len(tuned.strings))]
-    out = Intonation(tensions, *(np.array(column) for column in zip(*rows, strict=True)))
-    for array in (out.tensions, out.places, out.cents_left, out.decay_rates):
-        array.setflags(write=False)
-    return out
+    return Intonation(tensions, *(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def _as_given(string):
@@ -209,10 +231,11 @@ def _on_line(note, notes, rate, cents, hz, steps):
     for _ in range(steps):
         s, h = -rate[active] + 1j * omega[active], 1e-7 * omega[active]
         here = note.characteristic(cents[active], hz, notes[active])
-        value = here(s)
-        by_rate = (here(s - h) - value) / h
+        own = here.held.compliance(s)
+        value, slower = here.several(s, s - h, own=own)
+        by_rate = (slower - value) / h
         moved = note.characteristic(cents[active] + dc, hz, notes[active])
-        by_cents = (moved.held.compliance(s) - here.held.compliance(s)) / dc
+        by_cents = (moved.held.compliance(s) - own) / dc
         with np.errstate(all="ignore"):  # by Cramer's rule: value + by_rate m_0 + by_cents m_1 = 0
             det = (np.conj(by_rate) * by_cents).imag
             move = np.array([-(np.conj(value) * by_cents).imag, -(np.conj(by_rate) * value).imag]) / det

@@ -52,8 +52,7 @@ def newton(function, s, known=(), steps=30):
     for _ in range(steps):
         part, at = function.at(active), s[active]
         h = 1e-7j * np.abs(at)
-        value = part(at)
-        beside = part(at + h)
+        value, beside = part.several(at, at + h)
         with np.errstate(all="ignore"):
             slope = (beside - value) / h / value - sum(1.0 / (at - zero[active]) for zero in known)
             step = np.nan_to_num(1.0 / slope, nan=0.0, posinf=0.0, neginf=0.0)
@@ -84,7 +83,8 @@ def participation(function, s, string, free_length):
     ndarray (n,) [1]
     """
     h = 1e-5j * np.abs(s)
-    slope = (function(s + h) - function(s - h)) / (2.0 * h)
+    above, below = function.several(s + h, s - h)
+    slope = (above - below) / (2.0 * h)
     return free_length / (string.tension * np.abs(s.imag) * np.abs(slope))
 
 

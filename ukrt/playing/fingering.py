@@ -10,14 +10,14 @@ Which notes play at all is no matter of cost: the rule is the compiled player's.
 then the lowest, then the others from the top down, as long as strings can be found.
 """
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from ukrt.playing import fingering_costs as cost
 from ukrt.playing.legato import Legato
-from ukrt.playing.matching import playable_notes, ways_to_place
+from ukrt.playing.matching import playable_notes
+from ukrt.playing.moment import Moment
 
 MOST_WAYS = 250  # more than the shared guitar pieces need; dense music with the pedal down has more
 
@@ -110,15 +110,15 @@ def find_fingering(notes, neck):
 
 
 class _Search:
-    """The states after each moment: which note lies on which string -> points by hand position, and where from."""
+    """The states after each moment: which note lies on which string, points by hand position, and where from."""
 
     def __init__(self, notes, neck):
         self.notes, self.neck = notes, neck
         self.given_up = 0
         self._legato = Legato(notes, neck)
-        self._silent = (-1,) * len(neck.open)
-        self._states = {self._silent: np.zeros(len(neck.places))}
-        self._history = []  # for each moment: occupation -> (former occupation by hand, former hand by hand)
+        self._states = [(-1,) * len(neck.open)]  # occupations of the strings
+        self._points = np.zeros((1, len(neck.places)))  # of each, by hand position
+        self._history = []  # for each moment: former states; rows of occupations; groups by row and hand; their origins
         self._last_s = None
 
     def moments(self):
@@ -135,25 +135,28 @@ class _Search:
 
     def extend(self, time_s, numbers):
         """One moment further."""
-        groups = self._groups(time_s, numbers)
-        points = np.array([points for points, _ in groups.values()])
+        sounding = {n for occupation in self._states for n in occupation if n >= 0}
+        moment = Moment(time_s, numbers, sounding, self.notes, self.neck, self._legato)
+        groups = {}  # states that differ in nothing the future asks for are one
+        members = [groups.setdefault(moment.group_of(occupation), len(groups)) for occupation in self._states]
+        points, states = _least_of_each(self._points, members, len(groups))
         ways = points[:, :, None] + self._moves(time_s)
         hands = np.argmin(ways, axis=1)  # where the hand comes from, for each group and each position it goes to
         arrived = np.take_along_axis(ways, hands[:, None, :], axis=1)[:, 0]
-        after, origins = {}, {}
-        for group, ((carried, former, slurs), (_, from_state)) in enumerate(groups.items()):
-            origin = np.array([from_state[hands[group]], hands[group]])
-            for occupation, extra, held in self._occupations(time_s, numbers, carried, former, slurs):
-                total = arrived[group] + (held + extra)
-                known = after.get(occupation)
-                if known is None:
-                    after[occupation], origins[occupation] = total, origin
-                else:
-                    better = total < known
-                    after[occupation] = np.where(better, total, known)
-                    origins[occupation] = np.where(better, origin, origins[occupation])
-        self._states, self._last_s = self._cheapest(after), time_s
-        self._history.append((self._order, origins))
+        rows, owners, extras, grips, from_group = {}, [], [], [], []
+        for group, what in enumerate(groups):
+            for occupation, extra, held in moment.occupations(*what):
+                owners.append(rows.setdefault(occupation, len(rows)))
+                extras.append(extra)
+                grips.append(held)
+                from_group.append(group)
+        from_group = np.array(from_group)
+        totals = arrived[from_group] + (np.array(grips) + np.array(extras)[:, None])
+        points, chosen = _least_of_each(totals, owners, len(rows))
+        origins = np.take_along_axis(states, hands, axis=1), hands
+        self._history.append((self._states, rows, from_group[chosen], origins))
+        self._last_s = time_s
+        self._go_on_with_cheapest(list(rows), points)
 
     def _moves(self, time_s):
         """Points of a shift from each hand position to each other, in the time there is."""
@@ -164,106 +167,49 @@ class _Search:
         moves[0, 1:] = moves[1:, 0] = np.inf
         return moves
 
-    def _groups(self, time_s, numbers):
-        """States that differ in nothing the future asks for, as one: the cheapest points for each hand position.
-
-        The key is what goes on sounding, and the strings on which each new note's pitch sounded last, and from which
-        each that is slurred goes on.
-        """
-        notes, pitches = self.notes, [self.notes[number].pitch for number in numbers]
-        self._order, groups = list(self._states), {}
-        for state, (occupation, points) in enumerate(self._states.items()):
-            late = time_s + cost.LEGATO_SECONDS
-            carried = tuple(n if n >= 0 and self._stays(n, time_s, late) else -1 for n in occupation)
-            sounded = {notes[n].pitch: s for s, n in enumerate(occupation) if n >= 0}
-            former = tuple(sounded.get(pitch, -1) for pitch in pitches)
-            key = carried, former, self._legato.sources(numbers, occupation)
-            if key not in groups:
-                groups[key] = points.copy(), np.full(len(points), state)
-            else:
-                best, from_state = groups[key]
-                from_state[points < best] = state
-                np.minimum(best, points, out=best)
-        return groups
-
-    def _stays(self, number, time_s, late):
-        """Whether a note keeps its string: it sounds on, or another is to be slurred from it."""
-        return self.notes[number].end_s > late or self._legato.is_awaited(number, time_s)
-
-    def _occupations(self, time_s, numbers, carried, former, slurs):
-        """Every way to go on: (occupation, points of its own, points by hand position)."""
-        notes, neck = self.notes, self.neck
-        frets = tuple(tuple(notes[number].pitch - note for note in neck.open) for number in numbers)
-        held = self._held_frets(carried, time_s)
-        cuts = [self._cut(n, time_s) if n >= 0 else 0.0 for n in carried]
-        for strings in ways_to_place(tuple(notes[number].pitch for number in numbers), neck):
-            occupation, grip, points = list(carried), list(held), 0.0
-            for k, s in enumerate(strings):
-                occupation[s], grip[s] = numbers[k], frets[k][s]
-                lost = self._legato.points(numbers[k], slurs[k], s)
-                points += (cuts[s] if lost or slurs[k] < 0 else 0.0) + cost.FRET * frets[k][s] + lost
-                points += cost.OTHER_STRING if former[k] not in (-1, s) else 0.0
-            found = neck.grip(tuple(grip))
-            if found.possible:
-                yield tuple(occupation), points, found.points
-            else:
-                yield from self._let_go(occupation, grip, strings, cuts, points)
-
-    def _let_go(self, occupation, grip, new, cuts, points):
-        """The same with fingers lifted that hold former notes: no more than a possible hand asks for, or, where even
-        the new notes alone ask too much, any."""
-        held, enough = [s for s, fret in enumerate(grip) if fret > 0 and s not in new], []
-        alone = self.neck.grip(tuple(-1 if s in held else fret for s, fret in enumerate(grip)))
-        for lifted in (set(some) for size in range(len(held) + 1) for some in itertools.combinations(held, size)):
-            if any(less <= lifted for less in enough):
-                continue
-            found = self.neck.grip(tuple(-1 if s in lifted else fret for s, fret in enumerate(grip)))
-            if found.possible:
-                enough.append(lifted)
-            elif alone.possible:
-                continue
-            left = tuple(-1 if s in lifted else n for s, n in enumerate(occupation))
-            yield left, points + sum(cuts[s] for s in sorted(lifted)), found.points
-
-    def _cut(self, number, time_s):
-        """Points for ending a ringing note now."""
-        note = self.notes[number]
-        if note.key_up_s <= time_s + cost.LEGATO_SECONDS:
-            return cost.CUT_PEDALLED
-        return cost.CUT_HELD + cost.CUT_HELD_ALL * (note.key_up_s - time_s) / (note.key_up_s - note.start_s)
-
-    def _held_frets(self, carried, time_s):
-        """What the hand holds already: notes whose key is down. The pedal holds notes without fingers."""
-        late, notes = time_s + cost.LEGATO_SECONDS, self.notes
-        return [
-            notes[n].pitch - open_note if n >= 0 and notes[n].key_up_s > late else -1
-            for n, open_note in zip(carried, self.neck.open, strict=True)
-        ]
-
-    def _cheapest(self, states):
-        if len(states) <= MOST_WAYS:
-            return states
-        self.given_up += 1
-        kept = sorted(states, key=lambda occupation: float(states[occupation].min()))[:MOST_WAYS]
-        return {occupation: states[occupation] for occupation in kept}
+    def _go_on_with_cheapest(self, states, points):
+        if len(states) > MOST_WAYS:
+            self.given_up += 1
+            kept = np.argsort(points.min(axis=1), kind="stable")[:MOST_WAYS]
+            states, points = [states[row] for row in kept], points[kept]
+        self._states, self._points = states, points
 
     def result(self, moments):
         """Follow the cheapest state back."""
         places = [Place(-1)] * len(self.notes)
-        best = min(self._states, key=lambda occupation: float(self._states[occupation].min()))
-        points, hand, occupation = float(self._states[best].min()), int(np.argmin(self._states[best])), best
+        row = int(np.argmin(self._points.min(axis=1)))
+        points, hand, occupation = float(self._points[row].min()), int(np.argmin(self._points[row])), self._states[row]
         cut = {}  # note -> (time, whether its string stays empty)
-        for (time_s, numbers), (order, origins) in zip(reversed(moments), reversed(self._history), strict=True):
-            states, hands = origins[occupation]
+        for (time_s, numbers), past in zip(reversed(moments), reversed(self._history), strict=True):
+            order, rows, groups, (states, hands) = past
+            group = groups[rows[occupation], hand]
             for s, number in enumerate(occupation):
                 if number in numbers:
                     fret = self.notes[number].pitch - self.neck.open[s]
                     places[number] = Place(s, fret, hand, *cut.get(number, (None, False)))
-            former = order[states[hand]]
+            former = order[states[group, hand]]
             for s, number in enumerate(former):
                 if number < 0 or occupation[s] == number or self._legato.is_continued(number, occupation[s], s):
                     continue
                 if self.notes[number].end_s > time_s + cost.LEGATO_SECONDS:
                     cut[number] = time_s, occupation[s] < 0
-            occupation, hand = former, int(hands[hand])
+            occupation, hand = former, int(hands[group, hand])
         return Fingering(places, points, self.given_up)
+
+
+def _least_of_each(rows, owners, count):
+    """The least of the rows of each owner, element by element, and the first row that has it: two (count, n).
+
+    Parameters
+    ----------
+    rows : ndarray (m, n)
+    owners : sequence (m,) of int
+        Each of 0 to count - 1 has a row.
+    count : int
+    """
+    owners = np.asarray(owners)
+    order = np.argsort(owners, kind="stable")
+    starts = np.searchsorted(owners[order], np.arange(count))
+    least = np.minimum.reduceat(rows[order], starts, axis=0)
+    first = np.where(rows == least[owners], np.arange(len(rows))[:, None], len(rows))
+    return least, np.minimum.reduceat(first[order], starts, axis=0)

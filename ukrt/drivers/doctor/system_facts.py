@@ -83,7 +83,7 @@ def _model():
 
 def _jit_cache():
     """Where compiled code is kept, whether it is there already, and whether it can be kept at all."""
-    from ukrt.engine.kernels.jit import cache_folder
+    from ukrt.engine.kernel_cache import cache_folder
 
     folder = pathlib.Path(cache_folder())
     parent = next(p for p in (folder, *folder.parents) if p.exists())

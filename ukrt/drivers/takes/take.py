@@ -101,7 +101,7 @@ def environment():
     import numba
     import numpy
 
-    from ukrt.engine.kernels.jit import kernel_fingerprint
+    from ukrt.engine.kernel_cache import kernel_fingerprint
 
     return {
         "kernels": kernel_fingerprint(),

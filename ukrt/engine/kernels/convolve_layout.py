@@ -10,7 +10,7 @@ at once, in one half of the bins in even periods, in the other in odd ones: resp
 
 import dataclasses
 
-from ukrt.engine.kernels.fft import fft_table_size, place_of
+from ukrt.engine.kernels.fft_tables import fft_table_size, place_of
 
 BLOCK = 64
 SIZES = (64, 512, 4096)  # partitions of the levels [taps], each eight times the last

@@ -8,15 +8,16 @@ import numpy as np
 
 from ukrt.engine import layout as instance_at
 from ukrt.engine import stage_layout as at
+from ukrt.engine.kernels.foreign import c_function
 from ukrt.engine.kernels.jit import inlined, kernel
-from ukrt.engine.kernels.player import player_message
 from ukrt.engine.kernels.process import come_to_rest
 from ukrt.engine.kernels.queue import first_frame, journal, next_lane, take_first
 from ukrt.engine.kernels.shed import set_shed
 from ukrt.engine.kernels.slots import slot_arrays
-from ukrt.engine.kernels.transfer import transfer_state
 
 FAR = 1 << 62
+_play = c_function("int", "pointer", "int64", "int64")  # play.py, take_over.py: both compiled beside the callback
+_take_over = c_function("int", "pointer", "int64", "int64")
 _SENSING, _CONTROL, _PEDAL, _SOSTENUTO, _NOTES_OFF = 0xFE, 0xB0, 64, 66, 123
 
 
@@ -57,7 +58,7 @@ def swap(words, si, sd, now):
     d0, i0, v0, vi0 = slot_arrays(words, old)
     d1, i1, v1, vi1 = slot_arrays(words, 1 - old)
     set_shed(d0, i0, v0, vi0, np.int64(0))  # what goes over is whole: no string asleep
-    transfer_state(d0, i0, v0, vi0, d1, i1, v1, vi1, now)
+    _take_over(words[at.W_TAKE_OVER], (words[at.W_TABLE], old, now))
     set_shed(d1, i1, v1, vi1, si[at.G_SHED])
     si[at.G_SLOT], si[at.G_SWAP] = 1 - old, 0
     rate = d1[instance_at.METER + instance_at.M_RATE]
@@ -71,10 +72,10 @@ def swap(words, si, sd, now):
 
 
 @inlined
-def _deliver(d, i, si, now, word):
+def _deliver(words, si, now, word):
     """A MIDI message reaches the player."""
     journal(si, now, word)
-    player_message(d, i, now, (word >> 16) & 0xFF, (word >> 8) & 0xFF, word & 0xFF)
+    _play(words[at.W_PLAY], (words[at.W_TABLE], now, word))
 
 
 @inlined
@@ -112,7 +113,7 @@ def _sense(si, lane, now, status):
 
 
 @inlined
-def tend_sensing(d, i, si, sd, now):
+def tend_sensing(words, si, sd, now):
     """End the notes where a lane that had active sensing has been silent for too long: a cable was pulled."""
     for lane in range(at.LANES):
         seen = at.LANE_SENSED + at.LANE_STEP * lane
@@ -120,9 +121,9 @@ def tend_sensing(d, i, si, sd, now):
             si[seen] = -1
             si[at.N_SENSING] += 1
             for channel in range(16):
-                _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _PEDAL << 8)
-                _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _SOSTENUTO << 8)
-                _deliver(d, i, si, now, (_CONTROL | channel) << 16 | _NOTES_OFF << 8)
+                _deliver(words, si, now, (_CONTROL | channel) << 16 | _PEDAL << 8)
+                _deliver(words, si, now, (_CONTROL | channel) << 16 | _SOSTENUTO << 8)
+                _deliver(words, si, now, (_CONTROL | channel) << 16 | _NOTES_OFF << 8)
 
 
 @inlined
@@ -141,7 +142,7 @@ def _has_room(si, now):
 
 
 @inlined
-def take_messages(words, d, i, si, now):
+def take_messages(words, si, now):
     """Deliver every message that is due, in order of frames; returns the frame at which to look again."""
     while True:
         lane = next_lane(si)
@@ -158,4 +159,4 @@ def take_messages(words, d, i, si, now):
             _act(words, si, now, word)
         elif not _sense(si, lane, now, (word >> 16) & 0xFF):
             si[at.N_MIDI] += 1
-            _deliver(d, i, si, now, word)
+            _deliver(words, si, now, word)

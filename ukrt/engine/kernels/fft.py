@@ -5,16 +5,12 @@ spectra is the product of the polynomials modulo z^n - i: with real inputs its r
 linear convolution and its imaginary part the second half. So n real samples need a complex transform of n points, no
 zero padding to 2n points, no untangling, no special first bin. Decimation by radix 8 in place, twiddles a table in the
 caller's array, every operation on vectors of eight doubles; forward and inverse agree on the permuted order, which
-`fft_angles` tells. Sizes: powers of two from 64. The two passes that end in the result are one, in registers.
+`fft_angles` of `fft_tables` tells. Sizes: powers of two from 64. The two last passes are one, in registers.
 
 A pass divides z^(rm) - e^(i t) into r factors z^m - e^(i u), u = t/r + 2 pi j/r, by layers of (a + w b, a - w b). The
 inverse carries no 1/n; put it into one of the factors of the product. Passes can be run in shares (units), so that a
 caller may spread one transform over time.
 """
-
-import math
-
-import numpy as np
 
 from ukrt.engine.kernels.fft_butterflies import (
     add_tiles,
@@ -30,71 +26,13 @@ from ukrt.engine.kernels.fft_butterflies import (
     real_to_tiles,
     to_tiles,
 )
+from ukrt.engine.kernels.fft_tables import NODE, place_of
 from ukrt.engine.kernels.jit import inlined, kernel
-
-SMALLEST = 64
-NODE = 8  # doubles a node of the table takes: four twiddles, of which a radix of 2 or 4 uses the first one or two
-LEAF = np.pi * np.array([0.0, 1.0, 0.5, 1.5, 0.25, 1.25, 0.75, 1.75])  # angles u - t/r of the factors, as they come out
-
-
-# Tables, made in Python --------------------------------------------------------------------------------------------
-def fft_radices(n):
-    """Radices of the passes of a transform of ``n`` samples (tuple of int) without the last, which is always 8."""
-    bits = int(n).bit_length() - 1
-    if n < SMALLEST or n != 1 << bits:
-        raise ValueError(f"an FFT takes a power of two of at least {SMALLEST} samples, not {n}")
-    first = (bits - 4) % 3 + 1
-    return (1 << first,) + (8,) * ((bits - first - 3) // 3)
-
-
-def fft_table_size(n):
-    """Length of the twiddle table for ``n`` samples [doubles]."""
-    sizes = np.cumprod((1, *fft_radices(n)))
-    return int(NODE * sizes.sum())
-
-
-def _passes(n):
-    """Yield (radix, angles t of the nodes the pass divides) for every pass, the last included."""
-    angles = np.array([math.pi / 2])
-    for radix in (*fft_radices(n), 8):
-        yield radix, angles
-        angles = (angles[:, None] / radix + LEAF[:radix]).ravel()
-
-
-def _twiddles(angles):
-    """The four twiddles of nodes at ``angles`` (n,): ndarray (n, 8) [1], real and imaginary part in turn."""
-    turned = np.stack([angles / 2, angles / 4, angles / 8, angles / 8 + np.pi / 4], axis=1)
-    return np.stack([np.cos(turned), np.sin(turned)], axis=2).reshape(-1, NODE)
-
-
-def fft_table(n):
-    """The twiddle table of a transform of ``n`` samples (ndarray (fft_table_size(n),) [1])."""
-    *early, (_, before), (_, last) = list(_passes(n))
-    tables = [_twiddles(angles).ravel() for _, angles in early]
-    by_lane = _twiddles(last).reshape(-1, 8, NODE).transpose(0, 2, 1)  # eight nodes side by side in the lanes
-    leaves = np.concatenate([_twiddles(before), by_lane.reshape(-1, 8 * NODE)], axis=1)
-    return np.concatenate([*tables, leaves.ravel()])
-
-
-def fft_angles(n):
-    """The angle u of every output: X[j] = sum x[k] exp(i u[j] k) (ndarray (n,) [rad])."""
-    *_, (_, last) = list(_passes(n))
-    leaves = last.reshape(-1, 1, 8) / 8 + LEAF[None, :, None]
-    return leaves.ravel()
-
-
-# Passes, any share of one at a time --------------------------------------------------------------------------------
-def place_of(k):
-    """Where point ``k`` of an array of points stands: a cache line is left free after 512 of them.
-
-    Points a power of two apart would share few places in the cache, and compete for them.
-    """
-    return k + (k >> 9 << 3)
-
 
 fft_place = inlined(place_of)
 
 
+# Passes, any share of one at a time --------------------------------------------------------------------------------
 @kernel
 def fft_first_pass(d, x, y, n, radix, table, start, stop):
     """Units ``start`` to ``stop`` (of n / 8 radix) of the first pass: n reals in a row at ``x``, points at ``y``."""
@@ -178,7 +116,7 @@ def fft_inverse_64_add(d, x, y, second, stride, table):
 def fft_forward(d, x, work, y, n, radix, table):
     """n reals at ``x`` to n / 8 tiles (8 real, 8 imaginary parts) in a row at ``y``; ``work`` holds 2 `fft_place` (n).
 
-    ``radix`` is the first pass's, ``table`` the offset of `fft_table`'s numbers.
+    ``radix`` is the first pass's, ``table`` the offset of `fft_tables.fft_table`'s numbers.
     """
     if n == 64:
         fft_forward_64(d, x, y, 16, table)

@@ -14,7 +14,13 @@ from ukrt.engine.kernels.jit import kernel
 
 _LONG_BITS = 8 * np.dtype("L").itemsize
 _POINTER = ir.IntType(8).as_pointer()
-_C_TYPES = {"pointer": _POINTER, "int": ir.IntType(32), "long": ir.IntType(_LONG_BITS), "void": ir.VoidType()}
+_C_TYPES = {
+    "pointer": _POINTER,
+    "int": ir.IntType(32),
+    "long": ir.IntType(_LONG_BITS),
+    "int64": ir.IntType(64),
+    "void": ir.VoidType(),
+}
 
 
 def _to_c(builder, value, kind):
@@ -31,7 +37,7 @@ def c_function(result, *kinds):
     Parameters
     ----------
     result : {"pointer", "int", "void"}
-    *kinds : {"pointer", "int", "long"}
+    *kinds : {"pointer", "int", "long", "int64"}
         Of the arguments; "int" is 32 bits wide, "long" is C's unsigned long.
 
     Returns

@@ -1,39 +1,20 @@
 """How every compiled function of the instrument is compiled: one decorator for kernels, one for C functions.
 
 Enters Python source, leaves nopython code without exceptions. Numba's own cache looks only at the file a function
-stands in, not at the files of the functions it calls; therefore the cache folder here is named after a hash of all
-kernel sources.
+stands in, not at the files of the functions it calls; therefore the cache folder (`kernel_cache`) is named after a hash
+of all kernel sources.
 """
 
 import contextlib
-import hashlib
-import os
-import pathlib
 
 import numba
 from numba.core import config as numba_config
-from platformdirs import user_cache_dir
 
+from ukrt.engine.kernel_cache import cache_folder
 from ukrt.engine.kernels.linking import Kernel, Parts, Wholes
 
-_SOURCES = pathlib.Path(__file__).parent
 _OPTIONS = {"nopython": True, "error_model": "numpy", "boundscheck": False, "cache": True}
 _UNCACHED = {**_OPTIONS, "cache": False}
-
-
-def kernel_fingerprint():
-    """Hash of every source that compiled code is made of, the compiler's version included (str, 16 hex digits)."""
-    digest = hashlib.sha256(f"numba {numba.__version__}".encode())
-    for path in sorted([*_SOURCES.glob("*.py"), *_SOURCES.parent.glob("*layout*.py"), _SOURCES.parent / "gestures.py"]):
-        if path.exists():
-            digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def cache_folder():
-    """The folder compiled code is kept in (str): ``UKRT_CACHE_DIR`` if set, else the platform's user cache."""
-    root = os.environ.get("UKRT_CACHE_DIR") or user_cache_dir("ukrt")
-    return str(pathlib.Path(root) / f"kernels-{kernel_fingerprint()}")
 
 
 @contextlib.contextmanager

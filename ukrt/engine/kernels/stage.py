@@ -91,8 +91,8 @@ def process_frames(words, si, sd, out, n_frames, raw):
             shed(words, si, now, si[at.G_SHED_WANTED])
         d, i, v, vi = slot_arrays(words, si[at.G_SLOT])
         if now % instance_at.CHUNK == 0:
-            tend_sensing(d, i, si, sd, now)
-        coming = take_messages(words, d, i, si, now)
+            tend_sensing(words, si, sd, now)
+        coming = take_messages(words, si, now)
         begin_chunk(d, i, now)
         end = timeline_next(i, min(coming, _chunk_end(si, now, now + n_frames - done)))
         if si[at.G_FADE] > 0:
