@@ -51,6 +51,8 @@ dropped: bar 2, beat 1: F2 (MIDI note 41)
 
 
 def test_tablature_is_printed(capsys, song):
+    tab(song)
+    capsys.readouterr()  # whoever comes first is told that something is compiled
     assert tab(song, "--width", 60) == 0
     out, err = capsys.readouterr()
     assert out == EXPECTED and err == ""
