@@ -90,12 +90,14 @@ def test_growth_is_drawn(tmp_path):
 def test_a_tile_has_the_flops_that_its_sweep_does():
     """Counted from the formula at the head of sweep.py, one mode of two polarizations at a time."""
     bench = object.__new__(parts._Bench)
-    bench.tiles, bench.extra = np.array([3, 2]), np.array([0, 3])
+    bench.tiles, bench.pseudo_tiles, bench.extra = np.array([3, 2]), np.array([1, 2]), np.array([0, 3])
     modes = at.TILE * 2
-    per_mode = [  # x + mu D x, columns; a x + b x; sums over columns of x* and D x, two of the tension
-        3 + 2 * c + 3 + (1 + 2 * 2 * c + 2 * 2) for c in (1, 4)
+    per_mode = [  # x + mu (D x), columns; a x + b x; D x; sums over columns of x* and D x, two of the tension
+        2 + 2 * c + 3 + 1 + (2 * 2 * c + 2 * 2) for c in (1, 4)
     ]
+    per_pseudo_mode = [2 * c + 3 + 2 * c for c in (1, 4)]
     flops, moved = bench.work()
-    assert flops == modes * (3 * per_mode[0] + 2 * per_mode[1])
+    assert flops == modes * (3 * per_mode[0] + 2 * per_mode[1] + per_pseudo_mode[0] + 2 * per_pseudo_mode[1])
     numbers = [4 * modes + at.TILE * (3 + c) for c in (1, 4)]  # x and x* read and written; a, b, D, columns read
-    assert moved == 8 * (3 * numbers[0] + 2 * numbers[1])
+    pseudo = [4 * modes + at.TILE * (2 + c) for c in (1, 4)]
+    assert moved == 8 * (3 * numbers[0] + 2 * numbers[1] + pseudo[0] + 2 * pseudo[1])
