@@ -148,3 +148,13 @@ def test_impossible_sample_rates_are_refused(rate):
 def test_a_signal_that_does_not_exist_is_refused():
     with pytest.raises(ParameterError, match="signal"):
         Engine(load_preset("classical"), signal="midi")
+
+
+def test_blocks_that_cannot_be_written_are_refused():
+    engine = Engine(load_preset("paper"), signal="bridge-force")
+    sealed = np.zeros((8, 1))
+    sealed.flags.writeable = False
+    for out in (np.zeros((8, 1), np.float32), np.zeros((8, 2)), np.zeros((16, 1))[::2], sealed):
+        with pytest.raises(ParameterError, match="out .* writable C-contiguous float64"):
+            engine.process_into(out)
+    assert engine.frame == 0
