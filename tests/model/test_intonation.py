@@ -56,6 +56,15 @@ def test_poles_of_one_string_on_the_body_are_eigenvalues(string, fret):
         assert pole.real == pytest.approx(other.real, rel=1e-3, abs=2e-4)
 
 
+def test_a_string_alone_meets_the_body_alone():
+    guitar = replace(CLASSICAL, strings=CLASSICAL.strings[:1])
+    s = np.array([-3.0 + 500.0j, -10.0 + 1300.0j])
+    alone = Bridge(guitar, others="absent").compliance(0, s)
+    assert np.array_equal(Bridge(guitar, others="open").compliance(0, s), alone)
+    assert np.array_equal(Bridge(guitar, others="damped").compliance(0, s), alone)
+    assert np.abs(make_intonation(guitar).cents_left[:, :13]).max() < 1e-3
+
+
 def test_poles_with_a_damped_neighbour_are_eigenvalues():
     light = replace(CLASSICAL.body, modal_masses=tuple(m / 20 for m in CLASSICAL.body.modal_masses))
     guitar = replace(CLASSICAL, strings=CLASSICAL.strings[4:], body=light)

@@ -146,7 +146,7 @@ class Bridge:
         if not self.body.count:
             return np.zeros_like(s)
         body = receptance(self.body, self.ends, s)
-        load = self._load(string, s) if self.loads else np.zeros_like(body)
+        load = self._load(string, s) if len(self.loads) > 1 else np.zeros_like(body)
         (a, b), (c, d) = np.moveaxis(np.eye(2) + body @ load, (-2, -1), (0, 1))
         u, v = np.moveaxis(body @ self.weights[string], -1, 0)
         x, y = self.weights[string]
