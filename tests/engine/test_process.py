@@ -155,6 +155,6 @@ def test_blocks_that_cannot_be_written_are_refused():
     sealed = np.zeros((8, 1))
     sealed.flags.writeable = False
     for out in (np.zeros((8, 1), np.float32), np.zeros((8, 2)), np.zeros((16, 1))[::2], sealed):
-        with pytest.raises(ParameterError, match="out .* writable C-contiguous float64"):
+        with pytest.raises(ParameterError, match=r"out .* writable C-contiguous float64"):
             engine.process_into(out)
     assert engine.frame == 0
