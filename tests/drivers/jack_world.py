@@ -56,7 +56,7 @@ class World:
             self.server.end()
 
 
-def wait_until(condition, otherwise=lambda: pytest.fail("it did not happen in time"), seconds=5.0):
+def wait_until(condition, otherwise=lambda: pytest.fail("it did not happen in time"), seconds=20.0):
     """Wait until a condition holds."""
     ends = time.monotonic() + seconds
     while not condition():
