@@ -66,6 +66,16 @@ def play(one, now, n_frames, messages=()):
     return out
 
 
+def check_blocks(guitar, messages):
+    """Blocks of any size give the same bits."""
+    whole = play(instance(guitar), 0, 30000, messages)
+    one, parts, now = instance(guitar), [], 0
+    for n in (1, 37, 64, 500, 8407, 130, 5000, 8000, 7861):
+        parts.append(play(one, now, n, messages))
+        now += n
+    assert np.array_equal(np.concatenate(parts), whole)
+
+
 def swap(old, new, now):
     """The new instance takes over what the old one does."""
     transfer_state(old.d, old.i, old.v, old.vi, new.d, new.i, new.v, new.vi, now)

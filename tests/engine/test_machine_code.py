@@ -3,6 +3,7 @@
 import hashlib
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -81,6 +82,24 @@ def test_functions_come_back_from_a_file(kept):
     found = machine_code.read(kept)
     assert found.keys() == FUNCTIONS.keys() and all(found.values())
     assert all(found[name] != function.address for name, function in FUNCTIONS.items())
+
+
+def test_what_another_process_has_kept_is_found_by_its_own_symbols(kept, tmp_path, monkeypatch):
+    monkeypatch.setattr(machine_code, "_plays", lambda _path: True)
+    names = {"_cache", "_library", "_sig"}
+    ours = {
+        name: SimpleNamespace(native_name="ours", **{one: getattr(function, one) for one in names})
+        for name, function in FUNCTIONS.items()
+    }
+    machine_code.write(tmp_path / "code", ours)
+    assert all(machine_code.read(tmp_path / "code").values())
+
+
+def test_a_symbol_that_is_not_there_makes_a_file_worthless(kept, tmp_path):
+    rest = kept.read_bytes()[32:].replace(b'"ticks_now", "', b'"ticks_now", "no', 1)
+    wrong = tmp_path / "wrong"
+    wrong.write_bytes(hashlib.sha256(rest).digest() + rest)
+    assert rest != kept.read_bytes()[32:] and machine_code.read(wrong) is None
 
 
 @pytest.mark.parametrize("size", [0, 10, 200, -1])

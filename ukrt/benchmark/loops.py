@@ -35,7 +35,7 @@ def sweep_linear(d, i, n, extra):
         for s in range(i[at.H_STRINGS]):
             own = at.STRING_I + s * at.STRING_I_SIZE
             first, end = i[own + at.SI_TILE], i[own + at.SI_END]
-            pseudo = first + i[own + at.SI_TILES] - 2
+            pseudo = first + i[own + at.SI_TILES] - at.PSEUDO_TILES
             if i[own + at.SI_EXTRA] == extra and extra == 0:
                 _linear0(d, first, pseudo, end, s)
             elif i[own + at.SI_EXTRA] == extra and extra == 3:

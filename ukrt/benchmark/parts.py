@@ -105,7 +105,7 @@ class _Bench:
         self._kept = [array.copy() for array in (instance.d, instance.i, instance.v, instance.vi)]
         self._arrays = [instance.d, instance.i, instance.v, instance.vi]
         rows = [at.STRING_I + s * at.STRING_I_SIZE for s in range(len(guitar.strings))]
-        self.tiles = np.array([self._kept[1][row + at.SI_TILES] - 2 for row in rows])
+        self.tiles = np.array([self._kept[1][row + at.SI_TILES] - at.PSEUDO_TILES for row in rows])
         ends = np.array([self._kept[1][row + at.SI_END] - self._kept[1][row + at.SI_TILE] for row in rows])
         self.pseudo_tiles = ends - self.tiles
         self.extra = np.array([self._kept[1][row + at.SI_EXTRA] for row in rows])

@@ -9,13 +9,13 @@ left in the cache, whoever is ended when; what is missing afterwards, the comman
 import gc
 import importlib
 import os
-import pathlib
 import subprocess
 import sys
 import tempfile
 import time
 
-_ROOT = pathlib.Path(__file__).resolve().parents[2]
+from ..child_process import python_module
+
 # In this order: what takes longest comes first.
 SHARES = ("callback", "play", "take_over", "doors")
 _DONE = "-done"
@@ -48,13 +48,11 @@ def share_compiling(say):
 
 
 def _start(folder):
-    paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", "ukrt.cli.compiling", folder],
+        **python_module("ukrt.cli.compiling", folder),
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
     )
 
 

@@ -103,7 +103,7 @@ def _fill_string(d, i, s, string, bandwidth_hz, tile):
     """Constants, lanes and tables of one string; returns the tile after its own."""
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     count = string_modes(string, bandwidth_hz).count
-    tiles = max(1, -(-count // 4)) + at.RESIDUAL_MODES // 4  # the sweep goes through one at least
+    tiles = max(1, -(-count // 4)) + at.PSEUDO_TILES  # the sweep goes through one at least
     if tile + tiles > at.MAX_TILES:
         words = f"with these strings the engine's {4 * at.MAX_TILES} modes are too few: lower it"
         raise ParameterError("basis.bandwidth_hz", bandwidth_hz, words)

@@ -14,7 +14,7 @@ LANES = 16  # strings, padded to whole vectors of eight
 MAX_CONTACTS = 5  # per string: fingers and dampers together
 PORTS = 1 + MAX_CONTACTS  # bridge first, then contacts: rows of A of one string and polarization
 COLUMNS = PORTS + 1  # and one more for the pluck
-RESIDUAL_MODES = 8  # pseudo-modes that stand for what the basis cuts (one a port, two tiles)
+RESIDUAL_MODES = 8  # pseudo-modes that stand for what the basis cuts, one a port
 MAX_TILES = 2048  # 8192 modes and pseudo-modes over all strings
 MAX_BODY_MODES = 64
 MAX_GESTURES = 512
@@ -23,9 +23,10 @@ CHUNK = 64  # frames between two absolute multiples of which nothing outside is 
 # Tiles ---------------------------------------------------------------------------------------------------------------
 TILE = 4  # modes
 STATE_TILE = 16  # doubles
+PSEUDO_TILES = RESIDUAL_MODES // TILE  # a string's last ones
 COEF_A, COEF_BACK, COEF_D, COEF_COLUMNS = 0, 4, 8, 12  # then COLUMNS port columns, the bridge first
 MATCHES = 2
-COEF_TILE = 40  # five cache lines and nothing that the sweep does not want: all strings' tiles stay in the first cache
+COEF_TILE = 40  # five cache lines, nothing that the sweep does not want: a 10 kHz basis stays in the first cache
 ERROR_TILE = 16  # the step's error of four modes at the matching frequencies: MATCHES x (real, loss), see residual.py
 
 

@@ -19,9 +19,9 @@ import tempfile
 import llvmlite
 import llvmlite.binding as llvm
 
+from ukrt.child_process import python_module
 from ukrt.engine.kernel_cache import cache_folder
 
-_ROOT = pathlib.Path(__file__).resolve().parents[2]
 _DIGEST = 32  # bytes before the rest of the file
 _PATIENCE = 60.0  # s for the other process to play its note
 # What kernels would call if they raised an error, or counted references. They do neither.
@@ -53,7 +53,8 @@ def read(path):
         engine.add_object_file(llvm.ObjectFileRef.from_data(code[start : start + size]))
         symbols[name], start = symbol, start + size
     engine.finalize_object()
-    return {name: engine.get_function_address(symbol) for name, symbol in symbols.items()}
+    found = {name: engine.get_function_address(symbol) for name, symbol in symbols.items()}
+    return found if all(found.values()) else None
 
 
 def write(path, functions):
@@ -61,8 +62,8 @@ def write(path, functions):
     parts = {name: _machine_code(function) for name, function in functions.items()}
     if None in parts.values():
         return
-    head = json.dumps([(name, functions[name].native_name, len(code)) for name, code in parts.items()]).encode()
-    rest = head + b"\n" + b"".join(parts.values())
+    head = json.dumps([(name, symbol, len(code)) for name, (symbol, code) in parts.items()]).encode()
+    rest = head + b"\n" + b"".join(code for _, code in parts.values())
     with contextlib.suppress(OSError), tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
         try:
             file.write(hashlib.sha256(rest).digest() + rest)
@@ -74,13 +75,17 @@ def write(path, functions):
 
 
 def _machine_code(function):
-    """What Numba has kept of a C function (bytes), None if nothing: for want of a folder to write to."""
+    """What Numba has kept of a C function, None if nothing: for want of a folder to write to.
+
+    Its symbol (str) and its code (bytes). Another process may have kept it meanwhile, by another symbol than ours.
+    """
     cache, codegen = function._cache, function._library.codegen
     try:
-        (_, kind, payload), *_ = cache._cache_file.load(cache._index_key(function._sig, codegen))
+        (_, kind, payload), described, *_ = cache._cache_file.load(cache._index_key(function._sig, codegen))
+        symbol = described.llvm_cfunc_wrapper_name
     except (AttributeError, OSError, TypeError, ValueError, pickle.UnpicklingError):
         return None
-    return payload[0] if kind == "object" else None
+    return (symbol, payload[0]) if kind == "object" else None
 
 
 _engines = []  # machine code lives as long as the process
@@ -104,14 +109,12 @@ def _plays(path):
     """Whether another process can load a file and play a note on it."""
     if not pathlib.Path(sys.executable or "").name.startswith("python"):
         return False  # a program that has Python inside, of which nobody wants another
-    paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
     try:
         return not subprocess.run(
-            [sys.executable, "-P", "-m", "ukrt.engine.first_note", path],
+            **python_module("ukrt.engine.first_note", path),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
             timeout=_PATIENCE,
         ).returncode
     except (OSError, subprocess.SubprocessError):

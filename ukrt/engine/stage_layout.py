@@ -118,7 +118,7 @@ METER, OUT = _SD["METER"], _SD["OUT"]
 ) = range(8)  # fmt: skip
 # W_CLOCK, W_THREAD_ID: addresses of the C library's clock_gettime and gettid, 0 where the host gives none
 W_TIME_AT = 8  # address of the two words that follow, scratch for the clock
-W_TABLE, W_PLAY, W_TAKE_OVER = range(11, 14)  # address of the table itself, and of the C functions of entries.py
+W_TABLE, W_PLAY, W_TAKE_OVER = range(11, 14)  # addresses: the table itself; play.py, take_over.py
 W_SLOTS = 14
 SLOT_WORDS = 8  # of each of the two slots: address and length of d, i, v, vi
 WORDS = W_SLOTS + 2 * SLOT_WORDS

@@ -5,21 +5,18 @@ The child (`midi_host`) is watched by one thread, which starts it again when it 
 
 import contextlib
 import json
-import os
-import pathlib
 import subprocess
-import sys
 import tempfile
 import threading
 import time
 
+from ukrt.child_process import python_module
 from ukrt.drivers.midi.host import NO_PRIORITY, SERVER_GONE
 from ukrt.drivers.midi.port import load_rtmidi
 
 _FIRST_WAIT, _LONGEST_WAIT = 0.25, 5.0  # [s] before a child that died is followed by another: doubled each time
 _GOOD_LIFE = 10.0  # [s] after which a death counts as the first again
 _CLOSE_SECONDS = 1.0  # for the child to end by itself; measured: 0.05 s
-_ROOT = pathlib.Path(__file__).parents[3]
 _SUMMED = ("received", "sensing_timeouts", "clock_restarts")  # what every child counts from zero
 
 
@@ -125,16 +122,14 @@ class MidiProcess:
 
     def _live_once(self):
         """Start a child and take in what it says until it ends."""
-        paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
         with tempfile.TemporaryFile() as complaints:
             try:
                 with self._lock:
                     self._process = process = subprocess.Popen(
-                        [sys.executable, "-P", "-m", "ukrt.drivers.midi.host"],
+                        **python_module("ukrt.drivers.midi.host"),
                         stdin=subprocess.PIPE,
                         stdout=subprocess.PIPE,
                         stderr=complaints,
-                        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
                     )
                 with contextlib.suppress(OSError, ValueError):
                     process.stdin.write(json.dumps(self._settings).encode() + b"\n")

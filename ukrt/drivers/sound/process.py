@@ -6,14 +6,12 @@ killed; the engine and everything that plays on it live on here, for the next ch
 
 import contextlib
 import json
-import os
-import pathlib
 import queue
 import subprocess
-import sys
 import threading
 
 from ukrt import errors
+from ukrt.child_process import python_module
 from ukrt.drivers.sound.claims import claim, release
 from ukrt.drivers.sound.portaudio import OutputDevice, check_settings
 
@@ -21,20 +19,17 @@ _ANSWER_SECONDS = 10.0  # for opening a device: libraries of a cold disk, server
 _LEAVE_SECONDS = 3.0  # for taking leave of sound servers, which the child itself does not let last longer
 _CLOSE_SECONDS = 0.5  # closing takes 0.05 s as measured; on a dead server it never returns
 _GONE_SECONDS = 2.0
-_ROOT = pathlib.Path(__file__).parents[3]
 
 
 class Child:
     """A process with `audio_host` in it."""
 
     def __init__(self):
-        paths = [str(_ROOT), os.environ.get("PYTHONPATH")]
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "ukrt.drivers.sound.host"],
+            **python_module("ukrt.drivers.sound.host"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
             text=True,
         )
         self._answers = queue.SimpleQueue()

@@ -69,7 +69,7 @@ def _fill(d, s, kind, rows, n_rows, columns, n_columns, out, scale):
 def pseudo_places(i, s, j):
     """Offsets of pseudo-mode ``j`` in its state and coefficient tile."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
-    tile = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - 2 + j // 4
+    tile = i[own_i + at.SI_TILE] + i[own_i + at.SI_TILES] - at.PSEUDO_TILES + j // 4
     return at.STATE + tile * at.STATE_TILE + j % 4, at.COEF + tile * at.COEF_TILE + j % 4
 
 
@@ -116,7 +116,7 @@ def _matrices(d, i, s, n_ports):
     own, own_i = at.STRING + s * at.STRING_D_SIZE, at.STRING_I + s * at.STRING_I_SIZE
     places, scale = own + at.S_PORT_X, 1.0 / d[own + at.S_RATIO]
     _fill(d, s, 0, places, n_ports, places, n_ports, M_STATIC, scale)
-    first, modes = i[own_i + at.SI_TILE], i[own_i + at.SI_TILES] - 2
+    first, modes = i[own_i + at.SI_TILE], i[own_i + at.SI_TILES] - at.PSEUDO_TILES
     for match in range(at.MATCHES):
         real, loss = M_REAL + 64 * match, M_LOSS + 64 * match
         _fill(d, s, 1 + 2 * match, places, n_ports, places, n_ports, real, scale)

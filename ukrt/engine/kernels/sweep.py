@@ -105,7 +105,7 @@ def sweep_string(d, i, s):
     """Advance string ``s`` by one sample."""
     own_i = at.STRING_I + s * at.STRING_I_SIZE
     n_extra, first, end = i[own_i + at.SI_EXTRA], i[own_i + at.SI_TILE], i[own_i + at.SI_END]
-    pseudo = first + i[own_i + at.SI_TILES] - 2
+    pseudo = first + i[own_i + at.SI_TILES] - at.PSEUDO_TILES
     if n_extra == 0:
         _sweep0(d, first, pseudo, end, s)
     elif n_extra == 1:
